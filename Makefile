@@ -1,0 +1,59 @@
+# What a bare machine needs: Python >= 3.11 with pip, and make. Everything else goes into .venv, once.
+#
+#   make validity   run studies/validity.toml, print where the tip-path-plane model stops, draw the three figures
+#   make test       ruff, mypy, pytest
+#   make mutants    break the code on purpose: every break must fail a test
+#   make clean      remove .venv, results and caches
+
+VENV := .venv
+PYTHON := $(VENV)/bin/python
+FLOQUET := $(PYTHON) -m floquet
+DATABASE := results/validity.h5
+FIGURES := root-locus eigenvalues-vs-mu error-vs-mu
+
+.PHONY: help validity test mutants clean environment test-environment
+.DEFAULT_GOAL := help
+
+help:
+	@sed -n 's/^#   //p' Makefile
+
+validity: environment
+	@mkdir -p results
+	$(FLOQUET) run studies/validity.toml -o $(DATABASE) --resume
+	@for kind in $(FIGURES); do $(FLOQUET) plot $(DATABASE) $$kind -o results/$$kind.png || exit; done
+	@$(FLOQUET) validity $(DATABASE)
+
+test: test-environment
+	$(PYTHON) -m ruff check .
+	$(PYTHON) -m ruff format --check .
+	$(PYTHON) -m mypy
+	$(PYTHON) -m pytest -n auto
+
+mutants: test-environment
+	$(PYTHON) tests/mutants.py
+
+clean:
+	rm -rf $(VENV) results dist build .pytest_cache .hypothesis .mypy_cache .ruff_cache
+	find . -name __pycache__ -type d -prune -exec rm -rf {} +
+
+# Installed once for each content of pyproject.toml: the stamp is a copy of it, written when the installation is complete.
+environment:
+	@cmp -s pyproject.toml $(VENV)/installed.toml || { $(call install,.) && cp pyproject.toml $(VENV)/installed.toml; }
+
+test-environment: environment
+	@cmp -s pyproject.toml $(VENV)/installed-test.toml || \
+		{ $(call install,.[test$(comma)export]) && cp pyproject.toml $(VENV)/installed-test.toml; }
+
+comma := ,
+define install
+echo "installing $(1) into $(VENV)" && python=$$($(find-python)) && \
+	{ test -x $(PYTHON) || "$$python" -m venv $(VENV) || "$$python" -m venv --without-pip $(VENV); } && \
+	if $(PYTHON) -m pip --version >/dev/null 2>&1; then pip="$(PYTHON) -m pip"; \
+	else pip="$$python -m pip --python $(PYTHON)"; fi && $$pip install --editable '$(1)'
+endef
+
+define find-python
+for python in python3 python3.14 python3.13 python3.12 python3.11 python; do \
+	"$$python" -c 'import sys; sys.exit(sys.version_info < (3, 11))' >/dev/null 2>&1 && echo "$$python" && exit; done; \
+	echo "floquet needs Python 3.11 or newer, and none of python3, python3.11 ... python is one: install it first" >&2; exit 1
+endef

@@ -1,0 +1,85 @@
+"""Break the code on purpose: every mutant must fail the tests named beside it (``make mutants``).
+
+A mutant is one replacement in one file.  It is made in a temporary copy of the tree, never in place; its old text must
+stand there exactly once, so that a mutant cannot go stale unnoticed.  Exit status 1 if a mutant survives, does not
+apply, or if its tests fail without it.  ``python tests/mutants.py WORD…`` runs the mutants that contain a word.
+"""
+
+from __future__ import annotations
+
+import os
+import shutil
+import subprocess
+import sys
+import tempfile
+from collections.abc import Sequence
+from pathlib import Path
+from typing import NamedTuple
+
+ROOT = Path(__file__).resolve().parent.parent
+LEFT_OUT = shutil.ignore_patterns(".git", ".venv", "results", "__pycache__", ".*_cache", ".hypothesis", "dist", "build")
+
+
+class Mutant(NamedTuple):
+    """Old text → new text in a file; the pytest selection that must notice."""
+
+    file: str
+    old: str
+    new: str
+    tests: str
+
+
+MUTANTS: tuple[Mutant, ...] = (
+    Mutant("floquet/__init__.py", "value = value.sweep", "pass", "tests/test_layers.py"),
+    Mutant("floquet/errors.py", 'f"{self.path}:{p.line}" if p.line', 'f"{self.path}" if p.line', "tests/test_cli.py"),
+    Mutant("floquet/cli.py", "from __future__ import annotations\n", "from __future__ import annotations\nimport numpy\n",
+           "tests/test_layers.py"),
+)  # fmt: skip
+
+
+def run(tree: Path, tests: str) -> subprocess.CompletedProcess[str]:
+    """pytest in a tree, on the tree's own package, up to the first failure."""
+    command = [sys.executable, "-m", "pytest", "-x", "-q", "-p", "no:cacheprovider", *tests.split()]
+    environment = {**os.environ, "PYTHONPATH": str(tree), "PYTHONDONTWRITEBYTECODE": "1"}
+    return subprocess.run(command, cwd=tree, env=environment, capture_output=True, text=True)
+
+
+def try_mutant(tree: Path, mutant: Mutant) -> str:
+    """``killed``, or why it was not."""
+    path = tree / mutant.file
+    original = path.read_text(encoding="utf-8") if path.exists() else ""
+    if (count := original.count(mutant.old)) != 1:
+        return f"STALE: the old text stands {count} times in the file"
+    path.write_text(original.replace(mutant.old, mutant.new), encoding="utf-8")
+    try:
+        status = run(tree, mutant.tests).returncode
+    finally:
+        path.write_text(original, encoding="utf-8")
+    return {0: "SURVIVED", 1: "killed", 2: "killed"}.get(status, f"STALE: pytest ended with {status}")
+
+
+def first_line(text: str) -> str:
+    return next((line.strip() for line in text.splitlines() if line.strip()), "")[:44]
+
+
+def main(words: Sequence[str]) -> int:
+    """Run the mutants that contain one of the words (all without words) and print a table."""
+    chosen = [m for m in MUTANTS if not words or any(word in " ".join(m) for word in words)]
+    with tempfile.TemporaryDirectory(prefix="mutants-") as folder:
+        tree = Path(folder) / "tree"
+        shutil.copytree(ROOT, tree, ignore=LEFT_OUT)
+        for tests in sorted({m.tests for m in chosen}):
+            if (sound := run(tree, tests)).returncode:
+                print(sound.stdout, f"the tests fail without any mutant: {tests}", sep="\n")
+                return 1
+        alive = 0
+        for mutant in chosen:
+            verdict = try_mutant(tree, mutant)
+            alive += verdict != "killed"
+            print(f"{verdict:<9} {mutant.file:<24} {first_line(mutant.old):<45} {mutant.tests}", flush=True)
+    print(f"{len(chosen) - alive} of {len(chosen)} mutants killed")
+    return int(alive > 0)
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))
