@@ -32,8 +32,7 @@ class Mutant(NamedTuple):
 MUTANTS: tuple[Mutant, ...] = (
     Mutant("floquet/__init__.py", "value = value.sweep", "pass", "tests/test_layers.py"),
     Mutant("floquet/errors.py", 'f"{self.path}:{p.line}" if p.line', 'f"{self.path}" if p.line', "tests/test_cli.py"),
-    Mutant("floquet/cli.py", "from __future__ import annotations\n", "from __future__ import annotations\nimport numpy\n",
-           "tests/test_layers.py"),
+    Mutant("floquet/cli.py", "\nimport click\n", "\nimport click\nimport numpy\n", "tests/test_layers.py"),
 )  # fmt: skip
 
 

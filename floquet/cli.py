@@ -1,0 +1,330 @@
+"""The command line: parse → one library call → print.
+
+Results go to stdout, talk to stderr.  Exit status: 0 done (also for an unstable rotor or an empty answer), 1 failed
+(disk full, damage found), 2 bad input (also a damaged or foreign file), 3 finished with failed points, 130 interrupted;
+a closed pipe is silent.  Everything heavy is imported inside the commands, so that ``floquet --help`` loads none of it.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import errno
+import functools
+import os
+import sys
+import time
+import warnings
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NoReturn, TypeVar
+
+import click
+
+from floquet import __version__
+from floquet.errors import FailedError, FloquetError, FloquetWarning, InputError, ParameterError, did_you_mean
+
+if TYPE_CHECKING:
+    from floquet.rotor import Rotor
+
+__all__ = ["main"]
+
+Command = TypeVar("Command", bound=Callable[..., Any])
+
+ROTOR_FLAGS: tuple[tuple[str, Any, str], ...] = (
+    ("lock_number", float, "Lock number γ."),
+    ("hinge_offset", float, "Flap hinge offset ε = e/R."),
+    ("hinge_stiffness", float, "Hinge spring κ = K_β/(I_β Ω²)."),
+    ("pitch_flap_coupling", float, "Pitch-flap coupling K₁ = tan δ₃."),
+    ("offset_mass_ratio", float, "e M_β/I_β (left out: ε times the static moment ratio)."),
+    ("static_moment_ratio", float, "R M_β/I_β (left out: 1.5)."),
+    ("flap_damping", float, "Mechanical flap damping C_β/(I_β Ω)."),
+    ("root_cutout", float, "No lift inboard of this fraction of the radius."),
+    ("blades", int, "Number of blades."),
+    ("rotor_speed", float, "Ω in rad/s, for output in Hz and seconds."),
+    ("radius", float, "R in m."),
+    ("name", str, "What to call the rotor."),
+)
+"""The fields of Rotor as flags (and ``--hub``); a test holds them against ``Rotor``."""
+
+
+class Word(click.Choice[str]):
+    """A choice that suggests the nearest word."""
+
+    def __init__(self, *words: str) -> None:
+        super().__init__(words, case_sensitive=False)
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
+        try:
+            return super().convert(value, param, ctx)
+        except click.BadParameter as error:
+            near = did_you_mean(str(value).lower(), [str(word) for word in self.choices])
+            error.message = error.message.rstrip(".") + (near or ".")
+            raise
+
+
+MODES = Word("regressing", "coning", "advancing", "differential")
+METRICS = Word("relative", "absolute", "frequency", "damping")
+
+
+def options(*made: Callable[[Command], Command]) -> Callable[[Command], Command]:
+    """Several options as one decorator, shown in the order given."""
+    return lambda command: functools.reduce(lambda inner, option: option(inner), reversed(made), command)
+
+
+def flag(name: str) -> str:
+    return "--" + name.replace("_", "-")
+
+
+rotor_flags = options(
+    *(click.option(flag(name), type=kind, default=None, help=text) for name, kind, text in ROTOR_FLAGS),
+    click.option("--hub", type=Word("articulated", "teetering"), help="How the blades are held."),
+)
+physics_flags = options(
+    click.option("--model", type=Word("flapping", "teetering"), help="Equations of motion (left out: by the hub)."),
+    click.option("--exact-offset", is_flag=True, help="Integrals exact in ε in place of the truncation at ε²."),
+    click.option("--reversed-flow", is_flag=True, help="Lift reverses where the blade is flown over from behind."),
+    click.option("--tip-loss", type=float, default=None, help="No lift outboard of this fraction of the radius."),
+    click.option("--kinematic-rates", is_flag=True, help="(1 + m) in the columns of body angular acceleration."),
+    click.option("--harmonics", type=int, default=None, help="Harmonics of the simple model (1: tip-path plane)."),
+)
+tolerance_flags = options(
+    click.option("--tolerance", type=float, default=0.05, show_default=True, help="Error at which a mode fails."),
+    click.option("--metric", type=METRICS, default="relative", show_default=True, help="How the error is measured."),
+    click.option("--mode", "modes", type=MODES, multiple=True, help="Only this mode (may be repeated)."),
+    click.option("--mu-max", type=float, default=1.0, show_default=True, help="Last advance ratio looked at."),
+)
+output_flags = options(
+    click.option("--json", "style", flag_value="json", default=None, help="Strict JSON: nan is null, inf is \"inf\"."),
+    click.option("--csv", "style", flag_value="csv", help="Comma-separated values."),
+)  # fmt: skip
+workers_flag = click.option("--workers", type=int, default=None, help="Processes (left out: one for each processor).")
+output_file = click.option("-o", "--output", required=True, help="File to write.")
+
+PHYSICS = ("model", "exact_offset", "reversed_flow", "tip_loss", "kinematic_rates", "harmonics")
+
+
+@click.group(context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 110})
+@click.version_option(__version__, prog_name="floquet", message="%(prog)s %(version)s")
+def command() -> None:
+    """How stable a rotor is in forward flight, exactly, and where the tip-path-plane model stops being valid.
+
+    A rotor comes from a TOML file, from flags such as --lock-number 8, or from both: flags override the file.
+    """
+
+
+def given(values: Mapping[str, Any], names: Sequence[str]) -> dict[str, Any]:
+    """The options that were used, out of those named; a flag that is off was not used."""
+    return {name: values[name] for name in names if values[name] is not None and values[name] is not False}
+
+
+def rotor_of(file: str | None, values: Mapping[str, Any]) -> Rotor:
+    """A rotor from its file and the flags that override it."""
+    from floquet.rotor import Rotor, load_rotor
+
+    changes = given(values, [name for name, *_ in ROTOR_FLAGS] + ["hub"])
+    if file is not None:
+        return load_rotor(file).replace(**changes)
+    if "lock_number" not in changes:
+        raise ParameterError("lock_number", None, "no rotor was given: name a rotor file, or give --lock-number 8")
+    if changes.get("hub") == "teetering":
+        changes.setdefault("blades", 2)
+    return Rotor(**changes)
+
+
+def show(style: str | None, records: Any, text: Callable[[], str], rows: Callable[[], Any] | None = None) -> None:
+    """Print an answer: as text, as JSON, or as CSV (of ``rows`` where the records are nested)."""
+    from floquet import report
+
+    if style == "json":
+        click.echo(report.as_json(records))
+    elif style == "csv":
+        click.echo(report.as_csv(records if rows is None else rows()))
+    else:
+        click.echo(text())
+
+
+def say(sentence: str) -> None:
+    """Talk goes to stderr."""
+    with contextlib.suppress(OSError):
+        click.echo(sentence, err=True)
+
+
+@contextlib.contextmanager
+def progress(what: str) -> Iterator[Callable[[int, int], None]]:
+    """``done(count, total)``: a bar on a terminal, a line every 10 s elsewhere."""
+    if sys.stderr is not None and sys.stderr.isatty():
+        from rich.console import Console
+        from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
+
+        columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
+        with Progress(*columns, console=Console(stderr=True), transient=True) as bar:
+            task = bar.add_task(what, total=None)
+            yield lambda done, total: bar.update(task, completed=done, total=total)
+        return
+    last = time.monotonic()
+
+    def line(done: int, total: int) -> None:
+        nonlocal last
+        if time.monotonic() - last >= 10.0:
+            last = time.monotonic()
+            say(f"{what}: {done} of {total}")
+
+    yield line
+
+
+@command.command()
+@click.argument("file", required=False)
+@rotor_flags
+@output_flags
+def rotor(file: str | None, style: str | None, **values: Any) -> None:
+    """Parameters of a rotor, derived values, ranges and sources."""
+    from floquet import report
+
+    one = rotor_of(file, values)
+    show(style, report.rotor_object(one), lambda: report.rotor_text(one), lambda: report.rotor_records(one))
+
+
+@command.command()
+@click.argument("file", required=False)
+@click.option("--advance-ratio", type=float, required=True, help="μ = V cos α/(ΩR).")
+@rotor_flags
+@physics_flags
+@output_flags
+def analyse(file: str | None, advance_ratio: float, style: str | None, **values: Any) -> None:
+    """Exponents with bounds, lock and verdict at one advance ratio, and the simple model beside them."""
+    from floquet import report
+    from floquet.comparison import compare
+
+    one = rotor_of(file, values)
+    compared = compare(one, advance_ratio, **given(values, PHYSICS))
+    record = report.analysis(one, advance_ratio, compared)
+    show(style, record, lambda: report.analysis_text(one, advance_ratio, compared), lambda: record["modes"])
+
+
+@command.command()
+@click.argument("files", nargs=-1)
+@click.option("--advance-ratio", type=float, default=None, help="Answer for this μ, in words.")
+@rotor_flags
+@physics_flags
+@tolerance_flags
+@output_flags
+def validity(
+    files: tuple[str, ...], advance_ratio: float | None, style: str | None, tolerance: float, metric: str,
+    modes: tuple[str, ...], mu_max: float, **values: Any,
+) -> None:  # fmt: skip
+    """Where the simple model stops being valid, mode by mode, with the cause.
+
+    FILES are rotors (TOML), whose limits are computed, or the database of a study, whose limits are read.
+    """
+    stored = [file for file in files if not file.endswith(".toml") and Path(file).is_file()]
+    if stored:
+        _stored_validity(files, stored, style)
+        return
+    rotors = [rotor_of(file, values) for file in files or [None]]
+    settings = {"tolerance": tolerance, "metric": metric, "modes": modes, "mu_max": mu_max} | given(values, PHYSICS)
+    if advance_ratio is None:
+        _limits(rotors, style, **settings)
+    else:
+        _verdicts(rotors, advance_ratio, style, **settings)
+
+
+def _stored_validity(files: Sequence[str], stored: Sequence[str], style: str | None) -> None:
+    from floquet import report
+    from floquet.query import open_database
+
+    if len(files) != 1:
+        raise InputError(f"{stored[0]} does not end in .toml and is taken for a database, which is given alone")
+    with open_database(stored[0]) as database:
+        records = report.stored_limits(database)
+    show(style, records, lambda: report.limit_table(records))
+
+
+def _limits(rotors: Sequence[Rotor], style: str | None, *, tolerance: float, metric: str, modes: Sequence[str],
+            **settings: Any) -> None:  # fmt: skip
+    from floquet import report
+    from floquet.comparison import Metric
+    from floquet.validity import limits
+
+    records = []
+    with progress("limits of rotors") as done:
+        for i, one in enumerate(rotors):
+            done(i, len(rotors))
+            found = limits(one, tolerances=((Metric[metric.upper()], tolerance),), modes=modes or None, **settings)
+            records += report.limit_records(one, found, settings["mu_max"])
+    show(style, records, lambda: report.limit_table(records))
+
+
+def _verdicts(rotors: Sequence[Rotor], advance_ratio: float, style: str | None, *, metric: str, modes: Sequence[str],
+              **settings: Any) -> None:  # fmt: skip
+    from floquet import report
+    from floquet.comparison import Metric
+
+    answers = [
+        report.verdict(one, advance_ratio, metric=Metric[metric.upper()], modes=modes or None, **settings)
+        for one in rotors
+    ]
+    records = [record for answer in answers for record in report.verdict_records(answer)]
+    show(style, records, lambda: "\n\n".join(report.verdict_text(answer) for answer in answers))
+
+
+# Ending: every way out has its status.
+
+
+def main(arguments: Sequence[str] | None = None) -> NoReturn:
+    """Run the command line and exit with its status."""
+    warnings.showwarning = _show_warning
+    warnings.simplefilter("always", FloquetWarning)
+    for stream in (sys.stdout, sys.stderr):
+        if hasattr(stream, "reconfigure"):
+            stream.reconfigure(errors="replace")
+    sys.exit(_status(arguments))
+
+
+def _status(arguments: Sequence[str] | None) -> int:
+    try:
+        status = command.main(arguments, prog_name="floquet", standalone_mode=False)
+        if sys.stdout is not None:
+            sys.stdout.flush()
+        return int(status or 0)
+    except (click.Abort, KeyboardInterrupt):
+        say("floquet: interrupted")
+        return 130
+    except click.exceptions.NoArgsIsHelpError as error:
+        error.show()
+        return 2
+    except click.ClickException as error:
+        context = getattr(error, "ctx", None)
+        where = f" (see {context.command_path} --help)" if context else ""
+        return _fail(f"{error.format_message()}{where}", error.exit_code)
+    except FloquetError as error:
+        return _fail(str(error), 1 if isinstance(error, FailedError) else 2)
+    except MemoryError:
+        return _fail("there is not enough memory for this; ask for fewer rows or columns, or for a smaller study", 1)
+    except OSError as error:
+        return _operating_system(error)
+
+
+def _fail(sentence: str, status: int) -> int:
+    say("\n".join(f"floquet: {line}" for line in sentence.splitlines()))
+    return status
+
+
+def _operating_system(error: OSError) -> int:
+    """A closed pipe is silent; other trouble of the system is one sentence."""
+    if error.errno == errno.EPIPE:
+        _abandon_output()
+        return 0
+    _abandon_output()
+    where = f"{error.filename}: " if error.filename else ""
+    way_out = "; make room and run the command again" if error.errno == errno.ENOSPC else ""
+    return _fail(f"{where}{(error.strerror or str(error)).lower()}{way_out}", 1)
+
+
+def _abandon_output() -> None:
+    """Let the interpreter flush what is left of stdout to nowhere, so that it does not complain on the way out."""
+    with contextlib.suppress(OSError, ValueError, AttributeError):
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+
+
+def _show_warning(message: Warning | str, *_: Any, **__: Any) -> None:
+    say(f"floquet: warning: {message}")

@@ -1,0 +1,462 @@
+"""What people read: verdicts in words, tables, and the strict JSON of results.
+
+A *record* is a dict with the names of the Python results.  Every command's answer is records, shown in one of three
+ways: ``table`` (aligned text), ``as_csv``, ``as_json`` (strict: nan is null, inf is "inf", complex is [re, im], an enum
+is its word).
+
+A verdict at one advance ratio says for each mode whether the simple model holds to the tolerance, why not, where the
+nearest lock edge is and what to use instead: the averaged model with more harmonics if that holds, else the Floquet
+exponents.  Every verdict says that dynamic inflow is not in the model.
+"""
+
+from __future__ import annotations
+
+import csv
+import dataclasses
+import io
+import json
+import math
+from collections.abc import Iterable, Mapping, Sequence
+from enum import Enum, IntEnum
+from typing import Any
+
+import numpy as np
+
+from floquet.comparison import Comparison, Metric, ModeComparison, Rule, compare
+from floquet.exponents import Reason, Verdict
+from floquet.period_map import Method
+from floquet.query import Database
+from floquet.rotor import PARAMETERS, Hub, Rotor
+from floquet.validity import Cause, Limit, limits
+
+__all__ = [
+    "NO_INFLOW", "ModeVerdict", "RotorVerdict", "analysis", "analysis_text", "as_csv", "as_json", "limit_records",
+    "limit_table", "rotor_object", "rotor_records", "rotor_text", "stored_limits", "table", "verdict",
+    "verdict_records", "verdict_text", "worded",
+]  # fmt: skip
+
+Record = dict[str, Any]
+
+NO_INFLOW = "Dynamic inflow is not in the model; it matters most for the low-frequency regressing mode."
+CAUSES = {
+    Cause.NONE: "the models agree",
+    Cause.DRIFT: "both pairs are complex and have drifted apart, for the simple model averages the periodic terms away",
+    Cause.LOCK: "the exact pair is locked at {lock} per rev (two dampings, one frequency), the simple model's is not",
+    Cause.TPP_SPLIT: "the simple model's pair has split into two reals, the exact pair has not",
+    Cause.DRIFT_IN_LOCK: "both pairs are split, the exact one in its lock at {lock} per rev, and lie apart",
+    Cause.STABILITY: "one of the two models is stable and the other is not",
+}
+REASONS = {
+    Reason.NONE: "",
+    Reason.NEUTRAL: "undamped and bounded: it neither grows nor decays",
+    Reason.BOUND: "the bound of an exponent reaches across zero",
+}
+_WORDS: dict[str, type[IntEnum]] = {
+    "rule": Rule, "cause": Cause, "verdict": Verdict, "reason": Reason, "method": Method, "metric": Metric, "hub": Hub,
+}  # fmt: skip
+_FRACTIONS = {0.0: "0", 0.5: "½", 1.0: "1", 1.5: "1½", 2.0: "2", 2.5: "2½", 3.0: "3"}
+
+
+# Values in three dresses.
+
+
+def plain(value: Any) -> Any:
+    """A result as strict JSON data: nan → None, inf → "inf", complex → [re, im], enums → words, arrays → lists."""
+    if isinstance(value, Enum):
+        return value.name
+    if isinstance(value, np.ndarray | np.generic):
+        return plain(value.tolist())
+    if isinstance(value, complex):
+        return [plain(value.real), plain(value.imag)]
+    if isinstance(value, float) and not math.isfinite(value):
+        return None if math.isnan(value) else "inf" if value > 0 else "-inf"
+    if dataclasses.is_dataclass(value) and not isinstance(value, type):
+        return {f.name: plain(_word(f.name, getattr(value, f.name))) for f in dataclasses.fields(value)}
+    if isinstance(value, Mapping):
+        return {str(key): plain(_word(key, entry)) for key, entry in value.items()}
+    if isinstance(value, Sequence) and not isinstance(value, str):
+        return [plain(entry) for entry in value]
+    return value
+
+
+def _word(name: str, value: Any) -> Any:
+    """The enum of a field that is stored as an integer."""
+    kind = _WORDS.get(name)
+    return kind(value) if kind is not None and isinstance(value, int | np.integer) else value
+
+
+def _name(name: str, value: Any) -> str:
+    """The word of an enum's field, whether it comes as the enum, its integer or the word."""
+    return value if isinstance(value, str) else str(_WORDS[name](value).name)
+
+
+def as_json(value: Any) -> str:
+    """Strict JSON, readable by every parser."""
+    return json.dumps(plain(value), indent=2, ensure_ascii=False, allow_nan=False)
+
+
+def as_csv(records: Iterable[Mapping[str, Any]]) -> str:
+    """Comma-separated values with a header; complex numbers and lists take a column for each part."""
+    rows = [_flat(record) for record in records]
+    names = list(dict.fromkeys(name for row in rows for name in row))
+    out = io.StringIO()
+    writer = csv.DictWriter(out, names, lineterminator="\n")
+    writer.writeheader()
+    writer.writerows(rows)
+    return out.getvalue().rstrip("\n")
+
+
+def _flat(record: Mapping[str, Any], prefix: str = "") -> Record:
+    row: Record = {}
+    for key, value in record.items():
+        name, value = f"{prefix}{key}", _word(key, value)
+        value = value.item() if isinstance(value, np.generic) else value
+        if isinstance(value, complex):
+            row |= {f"{name}_re": value.real, f"{name}_im": value.imag}
+        elif isinstance(value, Mapping):
+            row |= _flat(value, f"{name}_")
+        elif isinstance(value, Sequence | np.ndarray) and not isinstance(value, str):
+            row |= _flat({str(i): entry for i, entry in enumerate(value, 1)}, f"{name}_")
+        else:
+            row[name] = value.name if isinstance(value, Enum) else "" if value is None else value
+    return row
+
+
+def table(headers: Sequence[str], rows: Iterable[Sequence[Any]]) -> str:
+    """Aligned columns, numbers to the right, two spaces between."""
+    text = [[_cell(entry) for entry in row] for row in rows]
+    right = [all(_numeric(row[i]) for row in text) and bool(text) for i in range(len(headers))]
+    widths = [max(len(line[i]) for line in [list(headers), *text]) for i in range(len(headers))]
+    lines = [list(headers), ["─" * width for width in widths], *text]
+    return "\n".join(
+        "  ".join(c.rjust(w) if r else c.ljust(w) for c, w, r in zip(line, widths, right, strict=True)).rstrip()
+        for line in lines
+    )
+
+
+def _cell(value: Any) -> str:
+    if isinstance(value, Enum):
+        return value.name
+    if isinstance(value, complex):
+        return exponent(value)
+    if isinstance(value, float | np.floating):
+        return number(float(value))
+    return "" if value is None else str(value)
+
+
+def _numeric(cell: str) -> bool:
+    return not cell or cell[0] in "+-−.0123456789∞" or cell in ("none", "nan")
+
+
+def number(value: float, digits: int = 5) -> str:
+    """A number as people read it; a hyphen where there is none."""
+    return "-" if math.isnan(value) else "inf" if math.isinf(value) else f"{value:.{digits}g}"
+
+
+def exponent(value: complex) -> str:
+    """σ + iω with six decimals, per rev."""
+    if math.isnan(value.real):
+        return "-"
+    return f"{value.real:+.6f} {'-' if value.imag < 0 else '+'} {abs(value.imag):.6f}i"
+
+
+def percent(value: float) -> str:
+    return "-" if math.isnan(value) else f"{100 * value:.3g} %"
+
+
+def amount(value: float, metric: Metric) -> str:
+    """An error in the unit of its metric."""
+    return percent(value) if metric is Metric.RELATIVE else f"{number(value, 3)} per rev"
+
+
+def per_rev(value: float) -> str:
+    return _FRACTIONS.get(value, number(value))
+
+
+def _upper(value: float) -> str:
+    return "on" if math.isinf(value) else number(value, 4)
+
+
+def intervals_text(intervals: Iterable[tuple[float, float]]) -> str:
+    """``0.31-0.52, 0.6-on``: where the simple model fails; ``on`` is still failing at the last advance ratio."""
+    return ", ".join(f"{number(start, 4)}-{_upper(end)}" for start, end in intervals) or "nowhere"
+
+
+# A rotor.
+
+
+def rotor_records(rotor: Rotor) -> list[Record]:
+    """Parameters and derived values: name, symbol, value, units, range, source, description."""
+    rows = [
+        {"name": p.name, "symbol": p.symbol, "value": getattr(rotor, p.name), "units": p.units, "range": p.rule,
+         "source": rotor.sources.get(p.name, ""), "description": p.description}
+        for p in PARAMETERS
+    ]  # fmt: skip
+    others = [
+        ("blades", "N", rotor.blades, "1", ">= 1", "number of blades"),
+        ("hub", "", rotor.hub, "", "ARTICULATED, TEETERING", "how the blades are held"),
+        ("rotor_speed", "Ω", rotor.rotor_speed, "rad/s", "> 0", "rotor speed"),
+        ("radius", "R", rotor.radius, "m", "> 0", "rotor radius"),
+        ("flap_frequency", "ν_β", rotor.flap_frequency, "1/rev", "derived", "sqrt(1 + κ + m), structure only"),
+        ("frequency_ratio_squared", "P²", rotor.frequency_ratio_squared, "1/rev²", "derived",
+         "ν_β² and the spring of pitch-flap coupling"),
+    ]  # fmt: skip
+    keys = ("name", "symbol", "value", "units", "range", "description")
+    rows += [dict(zip(keys, row, strict=True)) | {"source": rotor.sources.get(row[0], "")} for row in others]
+    return rows
+
+
+def rotor_object(rotor: Rotor) -> Record:
+    """The rotor as one object: its fields, its derived values, its sources."""
+    values = {f.name: getattr(rotor, f.name) for f in dataclasses.fields(rotor)}
+    derived = {name: getattr(rotor, name) for name in ("flap_frequency", "frequency_ratio_squared")}
+    return values | derived | {"sources": dict(rotor.sources)}
+
+
+def rotor_text(rotor: Rotor) -> str:
+    shown = ("name", "symbol", "value", "units", "range", "source")
+    rows = [[record[key] for key in shown] for record in rotor_records(rotor)]
+    return f"{title(rotor)}\n\n{table(shown, rows)}"
+
+
+def title(rotor: Rotor) -> str:
+    """``Bo 105 (N = 4, γ = 5.1, ν_β = 1.12, articulated)``."""
+    return (
+        f"{rotor.name or 'Rotor'} (N = {rotor.blades}, γ = {number(float(rotor.lock_number))}, "
+        f"ν_β = {number(float(rotor.flap_frequency))}, {rotor.hub.name.lower()})"
+    )
+
+
+# One point: exponents beside the simple model's.
+
+
+def analysis(rotor: Rotor, advance_ratio: float, comparison: Comparison) -> Record:
+    """Everything known at one point: the fields of the Stability, the modes, and Hz and seconds where Ω is known."""
+    stability = comparison.stability
+    fields = {f.name: getattr(stability, f.name) for f in dataclasses.fields(stability)}
+    modes = [mode_record(mode, rotor.rotor_speed) for mode in comparison.modes]
+    return {"rotor": rotor.name, "advance_ratio": advance_ratio, **fields, "modes": modes, "note": NO_INFLOW}
+
+
+def mode_record(mode: ModeComparison, rotor_speed: float | None) -> Record:
+    record = {f.name: getattr(mode, f.name) for f in dataclasses.fields(mode)}
+    if rotor_speed:
+        record["frequency_hz"] = [abs(complex(s).imag) * rotor_speed / math.tau for s in mode.exact]
+        record["time_to_half"] = [time_to_half(complex(s).real, rotor_speed) for s in mode.exact]
+    return record
+
+
+def time_to_half(sigma: float, rotor_speed: float) -> float:
+    """Seconds until a motion e^{σΩt} has halved; nan for one that does not decay."""
+    return -math.log(2.0) / (sigma * rotor_speed) if sigma < 0 else math.nan
+
+
+def analysis_text(rotor: Rotor, advance_ratio: float, comparison: Comparison) -> str:
+    stability = comparison.stability
+    bounds = zip(stability.exponents, stability.exponent_errors, strict=True)
+    lock = "no lock" if math.isnan(stability.lock) else f"locked at {per_rev(float(stability.lock))} per rev"
+    headers = ["mode", "Floquet", "simple model", "error", "rule", "cause"]
+    seconds = ["frequency, Hz", "half after, s"] if rotor.rotor_speed else []
+    lines = [
+        f"{title(rotor)} at advance ratio {number(advance_ratio)}: {verdict_word(stability)}",
+        "",
+        "exponents per rev (σ < 0 decays), with bounds:",
+        *(f"    {exponent(complex(eta))}  ± {bound:.1e}" for eta, bound in bounds),
+        f"    rotation number {number(float(stability.rotation_number), 7)} per rev, {lock}",
+        "",
+        table([*headers, *seconds], [row for mode in comparison.modes for row in _mode_rows(mode, rotor.rotor_speed)]),
+        "",
+        NO_INFLOW,
+    ]
+    return "\n".join(lines)
+
+
+def _mode_rows(mode: ModeComparison, rotor_speed: float | None) -> Iterable[list[Any]]:
+    for i, (exact, simple) in enumerate(zip(mode.exact, mode.simple, strict=True)):
+        first = [mode.name, percent(float(mode.error)), Rule(mode.rule).name, Cause(mode.cause).name]
+        name, error, rule, cause = first if i == 0 else ["", "", "", ""]
+        row = [name, complex(exact), complex(simple), error, rule, cause]
+        if rotor_speed:
+            row += [abs(exact.imag) * rotor_speed / math.tau, time_to_half(exact.real, rotor_speed)]
+        yield row
+
+
+def verdict_word(stability: Any) -> str:
+    reason = REASONS[Reason(stability.reason)]
+    return f"{Verdict(stability.verdict).name}{f' ({reason})' if reason else ''}"
+
+
+# Limits: rotor × mode.
+
+
+def limit_records(rotor: Rotor, found: Iterable[Limit], mu_max: float) -> list[Record]:
+    """The limits of one rotor with the parameters a table needs beside them."""
+    about = {
+        "rotor": rotor.name, "blades": rotor.blades, "lock_number": rotor.lock_number,
+        "flap_frequency": rotor.flap_frequency, "mu_max": mu_max,
+    }  # fmt: skip
+    return [about | {f.name: getattr(one, f.name) for f in dataclasses.fields(one)} for one in found]
+
+
+def limit_table(records: Sequence[Mapping[str, Any]]) -> str:
+    """The table of limits: one line a rotor and mode, the rotor named once."""
+    headers = [
+        "rotor", "N", "γ", "ν_β", "mode", "tolerance", "limit μ", "fails at μ", "cause", "lock edge μ", "split edge μ",
+    ]  # fmt: skip
+    rows: list[list[Any]] = []
+    before: tuple[str, ...] = ()
+    for r in records:
+        gamma, frequency = float(r["lock_number"]), float(r["flap_frequency"])
+        about = (r["rotor"], str(r["blades"]), number(gamma, 4), number(frequency, 4))
+        limit = f"> {number(r['mu_max'])}" if math.isinf(r["limit"]) else number(r["limit"], 4)
+        edges = [number(r["lock_edge"], 4), number(r["split_edge"], 4)]
+        failing = [intervals_text(r["intervals"]), _cause(r), *edges]
+        rows.append([*(about if about != before else ("",) * 4), r["mode"], _tolerance(r), limit, *failing])
+        before = about
+    return f"{table(headers, rows)}\n\n{NO_INFLOW}"
+
+
+def _cause(record: Mapping[str, Any]) -> str:
+    cause, lock = Cause[_name("cause", record["cause"])], float(record["lock"])
+    if cause is Cause.NONE:
+        return "-"
+    return cause.name if math.isnan(lock) else f"{cause.name} at {per_rev(lock)} per rev"
+
+
+def _tolerance(record: Mapping[str, Any]) -> str:
+    metric = Metric[_name("metric", record["metric"])]
+    size = amount(record["tolerance"], metric)
+    return size if metric is Metric.RELATIVE else f"{size} {metric.name.lower()}"
+
+
+def stored_limits(database: Database) -> list[Record]:
+    """The rows of a database's ``limits`` table as the records of ``limit_records``."""
+    rows = worded(database.limits(columns="*"), database.columns("limits"))
+    about = ("blades", "lock_number", "flap_frequency", "mu_max")
+    fields = [f.name for f in dataclasses.fields(Limit) if f.name != "intervals"]
+    out = []
+    for i, count in enumerate(rows["intervals"]):
+        record = {"rotor": rows["rotor_name"][i]} | {name: rows[name][i] for name in (*about, *fields)}
+        pairs = [(f"interval_{k}_start", f"interval_{k}_end") for k in range(1, int(count) + 1)]
+        out.append(record | {"intervals": tuple((rows[start][i], rows[end][i]) for start, end in pairs)})
+    return out
+
+
+def worded(rows: Mapping[str, Any], columns: Mapping[str, Any]) -> dict[str, list[Any]]:
+    """Columns of a database as lists, flags as their words."""
+    out: dict[str, list[Any]] = {}
+    for name, values in rows.items():
+        flags = columns[name].flags if name in columns else None
+        out[name] = [flags.get(value, value) for value in values.tolist()] if flags else values.tolist()
+    return out
+
+
+# The verdict at one advance ratio.
+
+
+@dataclasses.dataclass(frozen=True)
+class ModeVerdict:
+    """Whether the simple model holds for a mode at one μ; ``harmonics`` of an averaged model that does, or 0."""
+
+    mode: str
+    valid: bool
+    error: float
+    cause: Cause
+    lock: float
+    limit: Limit
+    harmonics: int
+    harmonics_error: float
+
+
+@dataclasses.dataclass(frozen=True)
+class RotorVerdict:
+    """The verdicts for the modes of a rotor at one advance ratio, and what they were judged by."""
+
+    rotor: Rotor
+    advance_ratio: float
+    tolerance: float
+    metric: Metric
+    mu_max: float
+    comparison: Comparison
+    modes: tuple[ModeVerdict, ...]
+
+
+def verdict(
+    rotor: Rotor, advance_ratio: float, *, tolerance: float = 0.05, metric: Metric = Metric.RELATIVE,
+    modes: Sequence[str] | None = None, mu_max: float = 1.0, harmonics: int = 1, **options: Any,
+) -> RotorVerdict:  # fmt: skip
+    """Compare at one advance ratio, and put each mode's limit and a model that holds beside it."""
+    mu_max = max(mu_max, advance_ratio)
+    comparison = compare(rotor, advance_ratio, harmonics=harmonics, **options)
+    found = limits(
+        rotor, tolerances=((metric, tolerance),), modes=modes, mu_max=mu_max, harmonics=harmonics, **options
+    )  # fmt: skip
+    failing = any(not comparison[one.mode].errors[metric] <= tolerance for one in found)
+    finer = range(harmonics + 1, harmonics + 4) if failing and rotor.hub is not Hub.TEETERING else ()
+    better = {m: compare(rotor, advance_ratio, harmonics=m, **options) for m in finer}
+    judged = tuple(_judge(comparison[one.mode], one, better, tolerance, metric) for one in found)
+    return RotorVerdict(rotor, advance_ratio, tolerance, metric, mu_max, comparison, judged)
+
+
+def _judge(
+    mode: ModeComparison, limit: Limit, better: Mapping[int, Comparison], tolerance: float, metric: Metric
+) -> ModeVerdict:
+    error = float(mode.errors[metric])
+    valid = error <= tolerance
+    holds = {m: float(c[mode.name].errors[metric]) for m, c in better.items()}
+    harmonics = 0 if valid else next((m for m, e in holds.items() if e <= tolerance), 0)
+    cause, lock = Cause(mode.cause), float(mode.lock)
+    return ModeVerdict(mode.name, valid, error, cause, lock, limit, harmonics, holds.get(harmonics, math.nan))
+
+
+def verdict_records(answer: RotorVerdict) -> list[Record]:
+    """One record a mode: the answer at the advance ratio, then the limit as in ``limit_records``."""
+    out = []
+    for one in answer.modes:
+        here = {
+            "advance_ratio": answer.advance_ratio, "mode": one.mode, "valid": one.valid, "error": one.error,
+            "cause_here": one.cause, "lock_here": one.lock, "harmonics": one.harmonics or None,
+            "harmonics_error": one.harmonics_error, "verdict": Verdict(answer.comparison.stability.verdict),
+        }  # fmt: skip
+        out.append(here | limit_records(answer.rotor, [one.limit], answer.mu_max)[0] | {"note": NO_INFLOW})
+    return out
+
+
+def verdict_text(answer: RotorVerdict) -> str:
+    """A few sentences: valid or not for each mode, cause, nearest lock edge, what to use instead."""
+    known = {Verdict.STABLE: "stable", Verdict.UNSTABLE: "UNSTABLE"}
+    state = known.get(Verdict(answer.comparison.stability.verdict), "neither surely stable nor surely unstable")
+    failing = [one.mode for one in answer.modes if not one.valid]
+    holds = f"does not hold for {_listed(failing)}" if failing else "holds for every mode"
+    tolerance = _tolerance({"tolerance": answer.tolerance, "metric": answer.metric})
+    head = (
+        f"{title(answer.rotor)} at advance ratio {number(answer.advance_ratio)}: the simple model {holds} "
+        f"(tolerance {tolerance}); by the Floquet exponents the flapping is {state}."
+    )
+    return "\n".join([head, *(f"  {_sentence(one)}" for one in answer.modes), NO_INFLOW])
+
+
+def _sentence(one: ModeVerdict) -> str:
+    metric, limit = Metric(one.limit.metric), one.limit
+    first = f"{one.mode}: {'valid' if one.valid else 'NOT valid'}, error {amount(one.error, metric)}"
+    because = "" if one.valid else f", because {CAUSES[one.cause].format(lock=per_rev(one.lock))}"
+    edge = [] if math.isnan(limit.lock_edge) else [f"the nearest lock edge is at μ = {number(limit.lock_edge, 4)}"]
+    instead = [] if one.valid else [_instead(one, metric)]
+    return "; ".join([first + because, _where(limit), *edge, *instead]) + "."
+
+
+def _where(limit: Limit) -> str:
+    if math.isinf(limit.limit):
+        return "it does not pass the tolerance in the range looked at"
+    return f"it first passes the tolerance at μ = {number(limit.limit, 4)} (fails at {intervals_text(limit.intervals)})"
+
+
+def _instead(one: ModeVerdict, metric: Metric) -> str:
+    if one.harmonics:
+        error = amount(one.harmonics_error, metric)
+        return f"use the Floquet exponents, or the averaged model with {one.harmonics} harmonics (error {error})"
+    return "use the Floquet exponents, for no averaged model of a few harmonics holds either"
+
+
+def _listed(words: Sequence[str]) -> str:
+    return " and ".join(filter(None, [", ".join(words[:-1]), words[-1]]))
