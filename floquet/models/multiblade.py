@@ -1,0 +1,94 @@
+"""Multiblade coordinates for any number of blades, eqs. (3), (4) and (B1)–(B6) of NASA TP-1431.
+
+``β_i = β₀ + Σ_n (β_nc cos nψ_i + β_ns sin nψ_i) [+ (-1)^i β_d for even N]``, ψ_i = ψ + 2π(i-1)/N, is β = T(ψ) q, and
+the blades' equations become ``q'' + D q' + K q = F u`` with::
+
+    D = T⁻¹ (2 T' + A T),    K = T⁻¹ (T'' + A T' + B T),    F = T⁻¹ f
+
+(the scan prints Ȧ in K; it is A).  For identical blades A(ψ + 2π/N) = S A(ψ) S, with S changing the sign of β_d: the motion
+is mapped over one passage 2π/N, and its exponents hold modulo N·i with no two modes aliased.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import Unpack
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ..errors import ParameterError
+from ..periodic import TWO_PI, PeriodicMatrix, PeriodicSystem
+from ..rotor import Rotor
+from .flapping import flapping
+from .physics import PhysicsKeywords
+
+__all__ = ["multiblade"]
+
+
+def multiblade(rotor: Rotor | Sequence[Rotor], advance_ratio: ArrayLike, **options: Unpack[PhysicsKeywords]) -> PeriodicSystem:
+    """Flapping of all blades in the non-rotating frame.
+
+    Parameters
+    ----------
+    rotor : Rotor or sequence of Rotor
+        A rotor of ``rotor.blades`` identical blades, or one Rotor a blade; dissimilar blades leave the period 2π.
+    advance_ratio, **options
+        As in :func:`floquet.flapping`.
+
+    Returns
+    -------
+    PeriodicSystem
+        Coordinates β₀, β₁c, β₁s, …, and β_d for even N; the inputs of the blade.
+    """
+    blades = [rotor] * rotor.blades if isinstance(rotor, Rotor) else list(rotor)
+    N = len(blades)
+    if N < 2:
+        raise ParameterError("blades", N, f"multiblade coordinates need at least 2 blades, not {N}: use flapping for a single blade")
+    identical = all(b is blades[0] for b in blades)
+    azimuths = [TWO_PI * i / N for i in range(N)]
+    models = [flapping(b, advance_ratio, **options) for b in (blades[:1] if identical else blades)] * (N if identical else 1)
+    T, Ti = transformation(N)
+
+    A = _diagonal([b.damping.shifted(a) for b, a in zip(models, azimuths, strict=True) if b.damping is not None])
+    B = _diagonal([b.stiffness.shifted(a) for b, a in zip(models, azimuths, strict=True) if b.stiffness is not None])
+    D = Ti @ (2.0 * T.derivative() + A @ T)
+    K = Ti @ (T.derivative().derivative() + A @ T.derivative() + B @ T)
+
+    def forcing() -> PeriodicMatrix:
+        rows = [f.shifted(a) for b, a in zip(models, azimuths, strict=True) if (f := b.forcing) is not None]
+        return Ti @ PeriodicMatrix.assemble([[row] for row in rows])
+
+    twist = np.ones(2 * N)
+    if N % 2 == 0:
+        twist[[N - 1, 2 * N - 1]] = -1.0
+    return PeriodicSystem(period=TWO_PI / N if identical else TWO_PI, twist=twist if identical else None, damping=D, stiffness=K,
+                          inputs=forcing, coordinates=coordinates(N), name="multiblade")  # fmt: skip
+
+
+def coordinates(N: int) -> tuple[str, ...]:
+    """Names of the multiblade coordinates of N blades."""
+    cyclic = tuple(f"beta_{n}{x}" for n in range(1, (N - 1) // 2 + 1) for x in "cs")
+    return ("beta_0", *cyclic, *(("beta_d",) if N % 2 == 0 else ()))
+
+
+def transformation(N: int) -> tuple[PeriodicMatrix, PeriodicMatrix]:
+    """T (B2) and T⁻¹ (B3) of N blades, each N×N."""
+    angle = TWO_PI * np.arange(N) / N
+    constant, weight = np.zeros((N, N)), np.ones(N)
+    constant[:, 0] = 1.0
+    if N % 2 == 0:
+        constant[:, -1] = (-1.0) ** np.arange(1, N + 1)
+    T = PeriodicMatrix.constant(constant)
+    for n in range(1, (N - 1) // 2 + 1):
+        cosine, sine = np.zeros((N, N)), np.zeros((N, N))
+        cosine[:, 2 * n - 1], sine[:, 2 * n - 1] = np.cos(n * angle), -np.sin(n * angle)
+        cosine[:, 2 * n], sine[:, 2 * n] = np.sin(n * angle), np.cos(n * angle)
+        T = T + PeriodicMatrix.harmonic(n, cosine, sine)
+        weight[[2 * n - 1, 2 * n]] = 2.0
+    return T, PeriodicMatrix.constant(np.diag(weight / N)) @ T.transpose()
+
+
+def _diagonal(entries: Sequence[PeriodicMatrix]) -> PeriodicMatrix:
+    return PeriodicMatrix.assemble([[entry if i == j else None for j in range(len(entries))] for i, entry in enumerate(entries)])

@@ -1,0 +1,51 @@
+"""The two-bladed teetering rotor, eq. (2) of NASA TP-1431.
+
+The blades are one beam, β₂(ψ) = -β₁(ψ), ψ₂ = ψ + π, hinged on the axis (ε = 0, m = 0).  Half the difference of the two
+blades' eq. (1) is::
+
+    β'' + (γ/8) β' + [P² + (γμ²/8) sin 2ψ + (γK₁μ²/8)(1 - cos 2ψ)] β = f(ψ) u,      period π
+
+so the even harmonics of the coefficients remain, and the odd ones of the forcing.  Without reversed flow it is a damped
+Mathieu equation.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Unpack
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ..errors import ParameterError
+from ..periodic import PeriodicMatrix, PeriodicSystem
+from ..rotor import Rotor
+from .flapping import flapping
+from .physics import PhysicsKeywords
+
+__all__ = ["teetering"]
+
+
+def teetering(rotor: Rotor, advance_ratio: ArrayLike, **options: Unpack[PhysicsKeywords]) -> PeriodicSystem:
+    """Teetering of a two-bladed rotor, eq. (2): one coordinate β, period π, exponents modulo 2i per rev.
+
+    ``rotor`` must have no hinge offset (ε = m = 0); see :func:`floquet.flapping` for the other arguments.
+    """
+    if np.any(np.asarray(rotor.hinge_offset) != 0) or np.any(np.asarray(rotor.offset_mass_ratio) != 0):
+        value = float(np.max(np.asarray(rotor.hinge_offset)))
+        raise ParameterError("hinge_offset", value, f"a teetering rotor hinges on its axis, but hinge_offset = {value:g} (offset_mass_ratio = "
+                             f"{float(np.max(np.asarray(rotor.offset_mass_ratio))):g}): give both as 0, or use the flapping model")  # fmt: skip
+    blade = flapping(rotor, advance_ratio, **options)
+    assert blade.damping is not None and blade.stiffness is not None and blade.inputs is not None
+    inputs = blade.inputs
+
+    def forcing() -> PeriodicMatrix:
+        f = inputs()
+        return 0.5 * (f - f.shifted(math.pi))
+
+    return PeriodicSystem(period=math.pi, damping=_even(blade.damping), stiffness=_even(blade.stiffness), inputs=forcing,
+                          coordinates=("beta",), name="teetering")  # fmt: skip
+
+
+def _even(matrix: PeriodicMatrix) -> PeriodicMatrix:
+    return 0.5 * (matrix + matrix.shifted(math.pi))

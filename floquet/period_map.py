@@ -1,0 +1,347 @@
+"""The map of the motion over one period, as factors with an error each.
+
+One blade (a second-order scalar equation) is mapped in Hill form: with β = exp(-½∫d) y::
+
+    y'' + q y = 0,     q = k - d'/2 - d²/4,     det Φ = 1,    exponents = α ± ν,  α = -mean(d)/2
+
+so that both exponents keep all their digits; where d jumps by Δ, y' jumps by ½Δ y.  Anything else is mapped as it is, and
+the factors are kept apart because their product would lose the small multipliers.
+
+Panels follow from the case alone (its stiffness and damping, then the error measured on it), never from its neighbours.
+The error of a panel is the difference between p = 16 and p = 12 nodes, which is the error of the worse of the two, plus an
+allowance for rounding.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, replace
+from enum import IntEnum
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .collocation import first_order_panel, gauss_rule, second_order_panel
+from .errors import ParameterError
+from .periodic import PeriodicMatrix, PeriodicSystem
+
+__all__ = ["Method", "PeriodMap", "period_map"]
+
+Array = NDArray[np.float64]
+
+NODES, COARSE_NODES = 16, 12
+LADDER = tuple(sorted({2**k for k in range(1, 13)} | {3 * 2**k for k in range(11)}))
+RUNGS = 6  # at most eight times the first number of panels: by then what is smooth is resolved, other places need their kinks declared
+SWEEP = 3.0  # panel length times the largest local frequency: less than half a turn (π) a panel, so that turns can be counted
+TRUNCATION = 2e-14  # relative to the panel's map, about the noise in the difference of two collocations
+ROUNDING = 16.0  # units of eps a panel, relative to its map: measured at most 5 against 25-digit references
+CASES_AT_ONCE = 4096  # (p n)² doubles a case: 8 MB of matrices for one blade
+
+
+class Method(IntEnum):
+    """How exponents were found."""
+
+    HILL = 0  # collocation of the Hill form of one scalar equation
+    FACTORS = 1  # collocation of the states, exponents from the factors
+    EIGENVALUES = 2  # constant coefficients
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class PeriodMap:
+    """Φ over one period with its error.
+
+    Attributes
+    ----------
+    method : Method
+    period : float
+    twist : (n,) or None
+        The motion after a period is twist·Φ.
+    hill : (cases, 2, 2)
+        Φ of the Hill form (method HILL only), determinant 1.
+    factors : tuple of (panels, n, n)
+        One a case, first panel first (method FACTORS only).
+    errors : (cases,) or tuple of (panels,)
+        Frobenius norm of the error of ``hill``, or of each factor.
+    mean : (cases,)
+        α = -mean(d)/2 (HILL), or the mean trace of A (FACTORS).
+    turns : (cases,)
+        Revolutions of (y, y') clockwise, less than half a turn from the rotation number (HILL; else nan).
+    panels : (cases,)
+    shape : tuple
+        Shape of the cases.
+    """
+
+    method: Method
+    period: float
+    shape: tuple[int, ...]
+    mean: Array
+    panels: NDArray[np.int32]
+    twist: Array | None = None
+    hill: Array | None = None
+    factors: tuple[Array, ...] = ()
+    errors: Any = None
+    turns: Array | None = None
+
+    @property
+    def half_trace(self) -> Array:
+        """τ = ½ tr Φ of the Hill form: |τ| ≤ 1 is a complex pair, |τ| > 1 a lock."""
+        assert self.hill is not None
+        return 0.5 * (self.hill[:, 0, 0] + self.hill[:, 1, 1])
+
+    @property
+    def discriminant(self) -> Array:
+        """((Φ₁₁-Φ₂₂)/2)² + Φ₁₂ Φ₂₁ = τ² - 1 without the cancellation; positive in a lock."""
+        assert self.hill is not None
+        return (0.5 * (self.hill[:, 0, 0] - self.hill[:, 1, 1])) ** 2 + self.hill[:, 0, 1] * self.hill[:, 1, 0]
+
+    @property
+    def discriminant_error(self) -> Array:
+        """Bound of the error of :attr:`discriminant`."""
+        assert self.hill is not None
+        M = self.hill
+        slope = np.sqrt(0.5 * (M[:, 0, 0] - M[:, 1, 1]) ** 2 + M[:, 0, 1] ** 2 + M[:, 1, 0] ** 2)
+        return (slope + self.errors) * self.errors
+
+
+def period_map(system: PeriodicSystem, *, panels: int | None = None) -> PeriodMap:
+    """Map ``system`` over its period.
+
+    Parameters
+    ----------
+    system : PeriodicSystem
+        Not constant.
+    panels : int, optional
+        Fix the number of panels a period (for convergence studies); the error says what came of it.
+    """
+    if system.constant:
+        raise ParameterError("system", system.name, "a constant system has no period to be mapped over: use stability(), which takes its eigenvalues")
+    if system.second_order and system.degrees == 1:
+        return _hill_map(system, panels)
+    return _factor_map(system, panels)
+
+
+# ---------------------------------------------------------------------- one scalar equation, Hill form
+def hill_form(system: PeriodicSystem) -> tuple[PeriodicMatrix, Array, Array | None]:
+    """q, α and the kicks ½Δ at the edges (cases, pieces), None where d does not jump."""
+    assert system.stiffness is not None
+    k = system.stiffness
+    d = system.damping if system.damping is not None else PeriodicMatrix.constant(np.zeros((1, 1)), k.period)
+    q = k - 0.5 * d.derivative() - 0.25 * (d @ d)
+    kicks = 0.5 * d.jumps()[..., 0, 0]
+    smooth = bool(np.all(np.abs(kicks) <= 1e-14 * (1.0 + d.bound()[..., 0, :])))
+    return q, -0.5 * d.mean()[..., 0, 0], None if smooth else kicks
+
+
+def _hill_map(system: PeriodicSystem, panels: int | None) -> PeriodMap:
+    q, alpha, kicks = hill_form(system)
+    shape = system.cases
+    q = _flat(q, shape)
+    n = math.prod(shape)
+    if kicks is not None:
+        kicks = np.broadcast_to(kicks, (*shape, kicks.shape[-1])).reshape(n, -1)
+    hill, errors, turns, used = np.empty((n, 2, 2)), np.empty(n), np.empty(n), np.empty(n, np.int32)
+
+    def solve(index: NDArray[np.intp], counts: tuple[int, ...]) -> NDArray[np.bool_]:
+        part = q.case(index)
+        maps, own = [], []
+        for piece, h, psi, first in _panels(part, system.period, counts):
+            F, error = _estimated(lambda r, piece=piece, h=h, psi=psi: second_order_panel(None, piece.sample(psi(r)), h, r))
+            if first is not None and kicks is not None:
+                F[:, :, 0] += F[:, :, 1] * kicks[index, first, None]
+            maps.append(F)
+            own.append(error)
+        hill[index], errors[index], turns[index] = _product(maps, own)
+        used[index] = len(maps)
+        return _resolved(maps, own)
+
+    _refine(solve, _piece_lengths(q, system.period), np.sqrt(q.bound()[:, 0, 0]), system.period, panels)
+    alpha = np.broadcast_to(alpha, shape).reshape(n)
+    return PeriodMap(method=Method.HILL, period=system.period, shape=shape, mean=alpha, panels=used, hill=hill, errors=errors, turns=turns)
+
+
+def _product(maps: list[Array], own: list[Array]) -> tuple[Array, Array, Array]:
+    """Φ, the bound of its error, and the turns of (y, y') on the way."""
+    before, vectors = [np.broadcast_to(np.eye(2), maps[0].shape)], []
+    for F in maps:
+        before.append(F @ before[-1])
+    total = before[-1]
+    error = np.zeros(len(total))
+    for k, delta in enumerate(own):  # what comes after panel k is total·before⁻¹, and every map has determinant 1
+        error += _norm(total @ _inverse(before[k + 1])) * delta * _norm(before[k])
+    vectors = [m[:, :, 0] for m in before]
+    angle = np.zeros(len(total))
+    for a, b in zip(vectors[:-1], vectors[1:], strict=True):
+        angle += np.arctan2(a[:, 1] * b[:, 0] - a[:, 0] * b[:, 1], a[:, 0] * b[:, 0] + a[:, 1] * b[:, 1])
+    return total, error, angle / (2.0 * math.pi)
+
+
+def _inverse(m: Array) -> Array:
+    """Inverse of 2×2 matrices of determinant 1."""
+    return np.stack([np.stack([m[:, 1, 1], -m[:, 0, 1]], -1), np.stack([-m[:, 1, 0], m[:, 0, 0]], -1)], -2)
+
+
+# ---------------------------------------------------------------------- any system, factors kept
+def _factor_map(system: PeriodicSystem, panels: int | None) -> PeriodMap:
+    shape = system.cases
+    n = math.prod(shape)
+    factors: list[Array] = [np.empty(0)] * n
+    errors: list[Array] = [np.empty(0)] * n
+    used = np.empty(n, np.int32)
+    flat = _flat_system(system, shape)
+    anchor = _anchor(flat)
+
+    def solve(index: NDArray[np.intp], counts: tuple[int, ...]) -> NDArray[np.bool_]:
+        part = _case_system(flat, index)
+        maps, own = [], []
+        for _, h, psi, _ in _panels(_anchor(part), system.period, counts):
+            F, error = _estimated(lambda r, h=h, psi=psi: _panel(part, psi(r), h, r, index))
+            maps.append(F)
+            own.append(error)
+        for place, case in enumerate(index):
+            factors[case] = np.stack([F[place] for F in maps])
+            errors[case] = np.stack([e[place] for e in own])
+        used[index] = len(maps)
+        return _resolved(maps, own)
+
+    frequency, trace = _frequency_and_trace(flat, n)
+    _refine(solve, _piece_lengths(anchor, system.period), np.broadcast_to(frequency, (n,)), system.period, panels)
+    return PeriodMap(method=Method.FACTORS, period=system.period, shape=shape, mean=np.broadcast_to(trace, (n,)), panels=used,
+                     twist=system.twist, factors=tuple(factors), errors=tuple(errors), turns=np.full(n, np.nan))  # fmt: skip
+
+
+def _panel(system: PeriodicSystem, psi: Array, h: Array, rule: Any, index: NDArray[np.intp]) -> Array:
+    if system.stiffness is not None:
+        K = system.stiffness.sample(psi)
+        D = None if system.damping is None else np.broadcast_to(system.damping.sample(psi), K.shape)
+        return second_order_panel(D, K, h, rule)
+    if system.matrix is not None:
+        return first_order_panel(system.matrix.sample(psi), h, rule)
+    assert system.function is not None
+    A = system.function(psi[0])  # the same nodes for every case
+    return first_order_panel(np.broadcast_to(A, (*system.cases, *A.shape[-3:])).reshape(-1, *A.shape[-3:])[index], h, rule)
+
+
+def _anchor(system: PeriodicSystem) -> PeriodicMatrix:
+    """A matrix that carries the pieces of the system."""
+    if system.function is None:
+        for part in (system.stiffness, system.damping, system.matrix):
+            if part is not None and part.edges is not None:
+                return part
+        part = system.stiffness if system.stiffness is not None else system.matrix
+        assert part is not None
+        return part
+    zero = PeriodicMatrix.constant(np.zeros((math.prod(system.cases), 1, 1)), system.period)
+    inner = np.asarray(system.kinks if system.kinks is not None else [], float)
+    return replace(zero, edges=np.concatenate([[0.0], inner, [system.period]])[None, :]) if inner.size else zero
+
+
+def _frequency_and_trace(system: PeriodicSystem, n: int) -> tuple[Array, Array]:
+    """Largest local frequency, which sets the panels, and the mean trace of A."""
+    if system.stiffness is not None:
+        K = system.stiffness.bound().sum(axis=-1).max(axis=-1)
+        if system.damping is None:
+            return np.sqrt(K), np.zeros(n)
+        return np.maximum(np.sqrt(K), system.damping.bound().sum(axis=-1).max(axis=-1)), -np.trace(system.damping.mean(), axis1=-2, axis2=-1)
+    if system.matrix is not None:
+        return system.matrix.bound().sum(axis=-1).max(axis=-1), np.trace(system.matrix.mean(), axis1=-2, axis2=-1)
+    assert system.function is not None
+    edges = np.concatenate([[0.0], np.asarray(system.kinks if system.kinks is not None else [], float), [system.period]])
+    rule, pieces = gauss_rule(32), [(a + s * (b - a) / 4, (b - a) / 8) for a, b in zip(edges[:-1], edges[1:], strict=True) for s in range(4)]
+    frequency, trace = np.zeros(n), np.zeros(n)
+    for start, half in pieces:
+        A = system.function(start + half * (1.0 + rule.nodes))
+        A = np.broadcast_to(A, (*system.cases, *A.shape[-3:])).reshape(-1, *A.shape[-3:])
+        frequency = np.maximum(frequency, np.abs(A).sum(axis=-1).max(axis=(-1, -2)))
+        trace = trace + half * np.trace(A, axis1=-2, axis2=-1) @ rule.weights
+    return frequency, trace / system.period
+
+
+# ---------------------------------------------------------------------- panels
+def _flat(matrix: PeriodicMatrix, shape: tuple[int, ...]) -> PeriodicMatrix:
+    """Cases along one axis."""
+    n = math.prod(shape)
+    c = np.broadcast_to(matrix.coefficients, shape + matrix.coefficients.shape[-4:]).reshape(n, *matrix.coefficients.shape[-4:])
+    edges = matrix.edges
+    if edges is not None:
+        edges = np.broadcast_to(edges, shape + edges.shape[-1:]).reshape(n, -1)
+    return replace(matrix, coefficients=c, edges=edges)
+
+
+def _flat_system(system: PeriodicSystem, shape: tuple[int, ...]) -> PeriodicSystem:
+    """Cases along one axis, all matrices on the same pieces."""
+    if system.function is not None:
+        return system
+    if system.matrix is not None:
+        return replace(system, matrix=_flat(system.matrix, shape))
+    assert system.stiffness is not None
+    D = system.damping if system.damping is not None else 0.0 * system.stiffness
+    K = system.stiffness + 0.0 * D
+    return replace(system, stiffness=_flat(K, shape), damping=_flat(D + 0.0 * system.stiffness, shape))
+
+
+def _case_system(system: PeriodicSystem, index: NDArray[np.intp]) -> PeriodicSystem:
+    parts = {n: m.case(index) for n in ("damping", "stiffness", "matrix") if (m := getattr(system, n)) is not None}
+    return replace(system, **parts) if parts else system
+
+
+def _piece_lengths(matrix: PeriodicMatrix, period: float) -> Array:
+    """Length of every piece inside one period of the system, (cases, pieces)."""
+    n = matrix.coefficients.shape[0]
+    if matrix.edges is None:
+        return np.full((n, 1), period)
+    return np.broadcast_to(np.diff(np.minimum(matrix.edges, period), axis=-1), (n, matrix.edges.shape[-1] - 1))
+
+
+def _panels(matrix: PeriodicMatrix, period: float, counts: tuple[int, ...]) -> Iterator[tuple[PeriodicMatrix, Array, Callable[[Any], Array], int | None]]:
+    """(piece, half length, nodes of a rule, piece index where the piece begins) of every panel in order."""
+    n = matrix.coefficients.shape[0]
+    edges = np.broadcast_to(np.array([0.0, period]) if matrix.edges is None else np.minimum(matrix.edges, period), (n, len(counts) + 1))
+    for j, count in enumerate(counts):
+        piece = matrix if matrix.edges is None else replace(matrix, coefficients=matrix.coefficients[:, j : j + 1], edges=None)
+        start, half = edges[:, j], (edges[:, j + 1] - edges[:, j]) / (2 * count)
+        for s in range(count):
+            centre = start + (2 * s + 1) * half
+            yield piece, half, lambda r, c=centre, h=half: c[:, None] + h[:, None] * r.nodes, j if s == 0 else None
+
+
+def _estimated(panel: Callable[[Any], Array]) -> tuple[Array, Array]:
+    """A panel's map and the bound of its error."""
+    F = panel(gauss_rule(NODES))
+    return F, _norm(F - panel(gauss_rule(COARSE_NODES))) + ROUNDING * np.finfo(float).eps * _norm(F)
+
+
+def _resolved(maps: list[Array], own: list[Array]) -> NDArray[np.bool_]:
+    """Whether truncation is at the level of rounding in every panel."""
+    done = np.ones(len(maps[0]), bool)
+    for F, error in zip(maps, own, strict=True):
+        done &= error <= (TRUNCATION + ROUNDING * np.finfo(float).eps) * _norm(F)
+    return done
+
+
+def _refine(solve: Callable[[NDArray[np.intp], tuple[int, ...]], NDArray[np.bool_]], lengths: Array, frequency: Array,
+            period: float, panels: int | None) -> None:  # fmt: skip
+    """Solve every case on the first rung of the ladder that resolves it."""
+    wanted = np.full(len(frequency), panels) if panels else np.maximum(np.ceil(period * np.maximum(frequency, 1.0) / SWEEP), 1)
+    rung = np.minimum(np.searchsorted(LADDER, wanted), len(LADDER) - 1)
+    last = np.minimum(rung + RUNGS, len(LADDER) - 1)
+    pending = np.arange(len(frequency))
+    while pending.size:
+        total = wanted[pending] if panels else np.asarray(LADDER)[rung[pending]]
+        counts = np.maximum(np.ceil(total[:, None] * lengths[pending] / period - 1e-9), 1).astype(int)
+        kinds, member = np.unique(counts, axis=0, return_inverse=True)
+        unresolved = []
+        for kind, count in enumerate(kinds):
+            group = pending[member.ravel() == kind]
+            for chunk in np.split(group, range(CASES_AT_ONCE, len(group), CASES_AT_ONCE)):
+                done = solve(chunk, tuple(int(c) for c in count))
+                unresolved.append(chunk[~done])
+        pending = np.concatenate(unresolved)
+        pending = pending[:0] if panels else pending[rung[pending] < last[pending]]
+        rung[pending] += 1
+
+
+def _norm(m: Array) -> Array:
+    """Frobenius norm."""
+    return np.sqrt(np.sum(m * m, axis=(-2, -1)))

@@ -1,0 +1,398 @@
+"""Periodic matrices and the linear systems made of them.
+
+A :class:`PeriodicMatrix` is a real matrix of trigonometric polynomials, possibly a different one on each piece between
+kinks::
+
+    A(ψ) = Σ_h c[h] exp(i h ω ψ),   |h| ≤ H,   ω = 2π / period
+
+It knows ``+``, ``-``, ``@``, a derivative, a mean, a shift and samples, so that the multiblade transformation reads as the
+report prints it (eq. B5): ``D = Ti @ (2 * T.derivative() + A @ T)``.  Leading axes are cases (rotors, advance ratios …)
+and broadcast.
+
+A :class:`PeriodicSystem` is ``q'' + D q' + K q = F u`` or ``x' = A x``; primes are d/dψ.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from .errors import ParameterError
+
+__all__ = ["TWO_PI", "PeriodicMatrix", "PeriodicSystem"]
+
+Array = NDArray[np.float64]
+TWO_PI = 2.0 * math.pi
+
+
+@dataclass(frozen=True, eq=False)
+class PeriodicMatrix:
+    """A real periodic matrix, trigonometric on each piece.
+
+    Parameters
+    ----------
+    coefficients : complex (..., pieces, 2H+1, n, m)
+        Fourier coefficients of the harmonics −H … H, on each piece.
+    period : float
+        Period of harmonic 1.
+    edges : float (..., pieces+1), optional
+        Where the pieces meet, from 0 to ``period``; None for a single piece.  Pieces may have no length.
+    """
+
+    coefficients: NDArray[np.complex128]
+    period: float = TWO_PI
+    edges: Array | None = None
+
+    __array_ufunc__ = None  # let ``array * matrix`` reach __rmul__
+
+    # ------------------------------------------------------------------ making
+    @staticmethod
+    def constant(value: ArrayLike, period: float = TWO_PI) -> PeriodicMatrix:
+        """A matrix (..., n, m) that does not change."""
+        return PeriodicMatrix(np.asarray(value, float)[..., None, None, :, :] + 0j, period)
+
+    @staticmethod
+    def harmonic(order: int, cosine: ArrayLike, sine: ArrayLike, period: float = TWO_PI) -> PeriodicMatrix:
+        """``cosine cos(order ω ψ) + sine sin(order ω ψ)`` for matrices (..., n, m) and order ≥ 1."""
+        c, s = np.broadcast_arrays(np.asarray(cosine, float), np.asarray(sine, float))
+        out = np.zeros((*c.shape[:-2], 1, 2 * order + 1, *c.shape[-2:]), complex)
+        out[..., 0, 2 * order, :, :] = 0.5 * (c - 1j * s)
+        out[..., 0, 0, :, :] = 0.5 * (c + 1j * s)
+        return PeriodicMatrix(out, period)
+
+    @staticmethod
+    def scalar(*, mean: ArrayLike = 0.0, cosines: Sequence[ArrayLike] = (), sines: Sequence[ArrayLike] = (),
+               period: float = TWO_PI) -> PeriodicMatrix:  # fmt: skip
+        """The 1×1 matrix ``mean + Σ cosines[n-1] cos nωψ + sines[n-1] sin nωψ``; entries broadcast over cases."""
+        order = max(len(cosines), len(sines))
+        columns = [np.asarray(x, float) for x in (mean, *cosines, *sines)]
+        shape = np.broadcast_shapes(*(x.shape for x in columns))
+        out = np.zeros((*shape, 1, 2 * order + 1, 1, 1), complex)
+        out[..., 0, order, 0, 0] = columns[0]
+        for n in range(1, order + 1):
+            c = columns[n] if n <= len(cosines) else 0.0
+            s = columns[len(cosines) + n] if n <= len(sines) else 0.0
+            out[..., 0, order + n, 0, 0] = 0.5 * (c - 1j * np.asarray(s))
+            out[..., 0, order - n, 0, 0] = 0.5 * (c + 1j * np.asarray(s))
+        return PeriodicMatrix(out, period)
+
+    @staticmethod
+    def assemble(blocks: Sequence[Sequence[PeriodicMatrix | None]]) -> PeriodicMatrix:
+        """The block matrix of ``blocks`` (None is zero); every row and column needs at least one block."""
+        heights = [next(b.shape[0] for b in row if b is not None) for row in blocks]
+        widths = [next(b.shape[1] for b in column if b is not None) for column in zip(*blocks, strict=True)]
+        total = PeriodicMatrix.constant(np.zeros((sum(heights), sum(widths))), _first(blocks).period)
+        for i, row in enumerate(blocks):
+            for j, block in enumerate(row):
+                if block is not None:
+                    total = total + block.embedded(sum(heights[:i]), sum(widths[:j]), sum(heights), sum(widths))
+        return total
+
+    @staticmethod
+    def pieces(parts: Sequence[PeriodicMatrix], edges: ArrayLike) -> PeriodicMatrix:
+        """One single-piece matrix after another, with ``edges`` (..., len(parts)+1) from 0 to the period."""
+        order = max(p.order for p in parts)
+        wide = [p.widened(order).coefficients for p in parts]
+        shape = np.broadcast_shapes(*(w.shape for w in wide))
+        return PeriodicMatrix(np.concatenate([np.broadcast_to(w, shape) for w in wide], axis=-4), parts[0].period, np.asarray(edges, float))
+
+    # ------------------------------------------------------------------ shape
+    @property
+    def shape(self) -> tuple[int, int]:
+        """Rows and columns."""
+        n, m = self.coefficients.shape[-2:]
+        return n, m
+
+    @property
+    def cases(self) -> tuple[int, ...]:
+        """Shape of the leading axes."""
+        own = self.coefficients.shape[:-4]
+        return own if self.edges is None else np.broadcast_shapes(own, self.edges.shape[:-1])
+
+    @property
+    def order(self) -> int:
+        """Highest harmonic kept."""
+        return self.coefficients.shape[-3] // 2
+
+    def widened(self, order: int) -> PeriodicMatrix:
+        """The same matrix with room for harmonics up to ``order``."""
+        extra = order - self.order
+        if extra <= 0:
+            return self
+        pad = [(0, 0)] * self.coefficients.ndim
+        pad[-3] = (extra, extra)
+        return replace(self, coefficients=np.pad(self.coefficients, pad))
+
+    def embedded(self, top: int, left: int, rows: int, columns: int) -> PeriodicMatrix:
+        """This matrix as a block of a zero matrix of ``rows`` by ``columns``."""
+        n, m = self.shape
+        out = np.zeros((*self.coefficients.shape[:-2], rows, columns), complex)
+        out[..., top : top + n, left : left + m] = self.coefficients
+        return replace(self, coefficients=out)
+
+    def entry(self, i: int, j: int) -> PeriodicMatrix:
+        """The 1×1 matrix of one entry."""
+        return replace(self, coefficients=self.coefficients[..., i : i + 1, j : j + 1])
+
+    def case(self, index: Any) -> PeriodicMatrix:
+        """The cases selected by ``index`` of the leading axes."""
+        full = np.broadcast_to(self.coefficients, self.cases + self.coefficients.shape[-4:])
+        edges = None if self.edges is None else np.broadcast_to(self.edges, self.cases + self.edges.shape[-1:])[index]
+        return replace(self, coefficients=full[index], edges=edges)
+
+    # ------------------------------------------------------------------ algebra
+    def __add__(self, other: PeriodicMatrix) -> PeriodicMatrix:
+        a, b = _on_common_pieces(self, other)
+        order = max(a.order, b.order)
+        return replace(a, coefficients=a.widened(order).coefficients + b.widened(order).coefficients)
+
+    def __sub__(self, other: PeriodicMatrix) -> PeriodicMatrix:
+        return self + (-1.0) * other
+
+    def __rmul__(self, factor: ArrayLike) -> PeriodicMatrix:
+        """Scale by one number a case."""
+        scale = np.asarray(factor, float)[..., None, None, None, None]
+        return replace(self, coefficients=scale * self.coefficients)
+
+    def __matmul__(self, other: PeriodicMatrix) -> PeriodicMatrix:
+        a, b = _on_common_pieces(self, other)
+        order = a.order + b.order
+        shape = np.broadcast_shapes(a.coefficients.shape[:-3], b.coefficients.shape[:-3])
+        out = np.zeros((*shape, 2 * order + 1, self.shape[0], other.shape[1]), complex)
+        for h in range(2 * a.order + 1):
+            out[..., h : h + 2 * b.order + 1, :, :] += a.coefficients[..., h : h + 1, :, :] @ b.coefficients
+        return replace(a, coefficients=out)
+
+    def transpose(self) -> PeriodicMatrix:
+        """Aᵀ."""
+        return replace(self, coefficients=np.swapaxes(self.coefficients, -1, -2))
+
+    def derivative(self) -> PeriodicMatrix:
+        """dA/dψ inside the pieces; a jump between pieces is not differentiated."""
+        h = np.arange(-self.order, self.order + 1) * (TWO_PI / self.period)
+        return replace(self, coefficients=self.coefficients * (1j * h)[:, None, None])
+
+    def shifted(self, angle: float) -> PeriodicMatrix:
+        """A(ψ + angle)."""
+        h = np.arange(-self.order, self.order + 1) * (TWO_PI / self.period)
+        turned = replace(self, coefficients=self.coefficients * np.exp(1j * h * angle)[:, None, None])
+        if self.edges is None:
+            return turned
+        inner = np.sort(np.mod(self.edges[..., :-1] - angle, self.period), axis=-1)
+        ends = np.broadcast_to(0.0, (*inner.shape[:-1], 1))
+        edges = np.concatenate([ends, inner, ends + self.period], axis=-1)
+        middle = np.mod(0.5 * (edges[..., 1:] + edges[..., :-1]) + angle, self.period)
+        return replace(turned.gathered(self.piece_of(middle)), edges=edges)
+
+    def mean(self) -> Array:
+        """Average over one period, (..., n, m)."""
+        if self.edges is None:
+            return self.coefficients[..., 0, self.order, :, :].real
+        h = np.arange(-self.order, self.order + 1) * (TWO_PI / self.period)
+        a, b = self.edges[..., :-1, None], self.edges[..., 1:, None]
+        middle, half = 0.5 * (a + b), 0.5 * (b - a)
+        weight = np.exp(1j * h * middle) * (2.0 * half * np.sinc(h * half / math.pi)) / self.period
+        return np.sum(weight[..., None, None] * self.coefficients, axis=(-4, -3)).real
+
+    # ------------------------------------------------------------------ values
+    def piece_of(self, psi: Array) -> NDArray[np.intp]:
+        """Index of the piece that holds each ψ in [0, period]; psi is (..., k)."""
+        if self.edges is None:
+            return np.zeros(psi.shape, np.intp)
+        return np.sum(psi[..., None] >= self.edges[..., None, 1:-1], axis=-1)
+
+    def gathered(self, index: NDArray[np.intp]) -> PeriodicMatrix:
+        """The pieces ``index`` (..., k), in that order."""
+        cases = np.broadcast_shapes(self.cases, index.shape[:-1])
+        full = np.broadcast_to(self.coefficients, cases + self.coefficients.shape[-4:])
+        index = np.broadcast_to(index, (*cases, index.shape[-1]))
+        return replace(self, coefficients=np.take_along_axis(full, index[..., None, None, None], axis=-4))
+
+    def sample(self, psi: ArrayLike) -> Array:
+        """Values at azimuths: psi (..., k) → (..., k, n, m)."""
+        psi = np.asarray(psi, float)
+        c = self.coefficients
+        if self.edges is not None:
+            c = self.gathered(self.piece_of(np.mod(psi, self.period))).coefficients
+        phase = (TWO_PI / self.period) * psi
+        out = np.array(np.broadcast_to(c[..., self.order, :, :].real, (*np.broadcast_shapes(c.shape[:-3], psi.shape), *self.shape)))
+        for h in range(1, self.order + 1):  # elementwise, so that a case's bits do not depend on its neighbours
+            z = c[..., self.order + h, :, :]
+            out += 2.0 * (np.cos(h * phase)[..., None, None] * z.real - np.sin(h * phase)[..., None, None] * z.imag)
+        return out
+
+    def bound(self) -> Array:
+        """An upper bound of |entries| over ψ, (..., n, m)."""
+        return np.max(np.sum(np.abs(self.coefficients), axis=-3), axis=-3)
+
+    def jumps(self) -> Array:
+        """A(edge+) − A(edge−) at every edge but the last, (..., pieces, n, m); zero for a single piece."""
+        if self.edges is None:
+            return np.zeros((*self.coefficients.shape[:-4], 1, *self.shape))
+        before = replace(self, coefficients=np.roll(self.coefficients, 1, axis=-4), edges=None)
+        after = replace(self, edges=None)
+        psi = self.edges[..., :-1, None]  # one azimuth for each piece, the pieces taken as cases
+        values = [replace(m, coefficients=m.coefficients[..., None, :, :, :]).sample(psi) for m in (after, before)]
+        return (values[0] - values[1])[..., 0, :, :]
+
+
+def _averaged(matrix: PeriodicMatrix) -> PeriodicMatrix:
+    return PeriodicMatrix.constant(matrix.mean(), matrix.period)
+
+
+def _first(blocks: Sequence[Sequence[PeriodicMatrix | None]]) -> PeriodicMatrix:
+    return next(b for row in blocks for b in row if b is not None)
+
+
+def _on_common_pieces(a: PeriodicMatrix, b: PeriodicMatrix) -> tuple[PeriodicMatrix, PeriodicMatrix]:
+    """Both matrices on the union of their edges."""
+    if a.period != b.period:
+        raise ParameterError("period", (a.period, b.period), f"matrices of periods {a.period:g} and {b.period:g} cannot be combined")
+    if a.edges is None and b.edges is None:
+        return a, b
+    if a.edges is None or b.edges is None:
+        edges = a.edges if b.edges is None else b.edges
+        return replace(a, edges=edges), replace(b, edges=edges)  # one piece broadcasts over many
+    if a.edges is b.edges or (a.edges.shape == b.edges.shape and np.array_equal(a.edges, b.edges)):
+        return a, b
+    cases = np.broadcast_shapes(a.edges.shape[:-1], b.edges.shape[:-1])
+    inner = [np.broadcast_to(m.edges[..., 1:-1], (*cases, m.edges.shape[-1] - 2)) for m in (a, b) if m.edges is not None]
+    ends = np.zeros((*cases, 1))
+    edges = np.concatenate([ends, np.sort(np.concatenate(inner, axis=-1), axis=-1), ends + a.period], axis=-1)
+    middle = 0.5 * (edges[..., 1:] + edges[..., :-1])
+    return replace(a.gathered(a.piece_of(middle)), edges=edges), replace(b.gathered(b.piece_of(middle)), edges=edges)
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class PeriodicSystem:
+    """``q'' + D q' + K q = F u`` (state q, q') or ``x' = A x``.
+
+    Give either ``stiffness`` (with ``damping`` and ``inputs``, each optional), or ``matrix``, or ``function``.
+
+    Parameters
+    ----------
+    damping, stiffness : PeriodicMatrix
+        D and K (..., n, n).
+    inputs : callable
+        Gives F (..., n, inputs) when it is asked for; stability does not need it.
+    matrix : PeriodicMatrix
+        A (..., n, n) of a first-order system.
+    function : callable
+        A(t) of a first-order system for an array of times (k,) → (..., k, n, n).
+    period : float
+        Angle after which the motion is mapped; nan for a constant system, whose eigenvalues are its exponents.
+    twist : (states,) array of ±1, optional
+        S with A(ψ + period) = S A(ψ) S⁻¹, as a diagonal; None is the identity.
+    kinks : float (..., k)
+        Places in (0, period) where ``function`` is not smooth.
+    coordinates : tuple of str
+        Names of q (or x).
+    """
+
+    period: float
+    damping: PeriodicMatrix | None = None
+    stiffness: PeriodicMatrix | None = None
+    inputs: Callable[[], PeriodicMatrix] | None = None
+    matrix: PeriodicMatrix | None = None
+    function: Callable[[Array], Array] | None = None
+    twist: Array | None = None
+    kinks: Array | None = None
+    coordinates: tuple[str, ...] = ()
+    name: str = ""
+
+    def __post_init__(self) -> None:
+        if sum(part is not None for part in (self.stiffness, self.matrix, self.function)) != 1:
+            raise ParameterError("PeriodicSystem", None, "give exactly one of stiffness (second order), matrix or function (first order)")
+        if not (math.isnan(self.period) or (math.isfinite(self.period) and self.period > 0)):
+            raise ParameterError("period", self.period, f"{self.period} is no period: give a positive angle, or nan for a constant system")
+
+    @staticmethod
+    def from_function(A: Callable[[Any], ArrayLike], period: float, kinks: Sequence[float] = (), *, vectorised: bool = False,
+                      coordinates: tuple[str, ...] = (), name: str = "") -> PeriodicSystem:  # fmt: skip
+        """The first-order system ``x' = A(t) x``.
+
+        ``A(t)`` takes a scalar t and gives (..., n, n) with cases leading; with ``vectorised`` it takes times (k,) and gives
+        (..., k, n, n).  Declare every place where A or a derivative jumps in ``kinks``; exponents are per unit of t.
+        """
+
+        def sampled(times: Array) -> Array:
+            values = np.asarray(A(times), float) if vectorised else np.stack([np.asarray(A(float(t)), float) for t in times], axis=-3)
+            if values.ndim < 3 or values.shape[-1] != values.shape[-2] or values.shape[-3] != len(times):
+                shape = values.shape if vectorised else values.shape[:-3] + values.shape[-2:]
+                raise ParameterError("A", shape, f"A(t) gave an array of shape {shape}: it must be square, (…, n, n){' with times before' if vectorised else ''}")
+            if not np.all(np.isfinite(values)):
+                raise ParameterError("A", None, f"A(t) is not finite near t = {times[0]:.6g}: every entry must be a number over the whole period")
+            return values
+
+        if not (math.isfinite(period) and period > 0):
+            raise ParameterError("period", period, f"{period} is no period: give the positive time after which A(t) repeats")
+        inner = np.unique(np.mod(np.asarray(kinks, float), period))
+        return PeriodicSystem(period=float(period), function=sampled, kinks=inner[inner > 0], coordinates=coordinates, name=name)
+
+    @property
+    def forcing(self) -> PeriodicMatrix | None:
+        """F (..., n, inputs), or None."""
+        return None if self.inputs is None else self.inputs()
+
+    @property
+    def second_order(self) -> bool:
+        """Whether the state is (q, q')."""
+        return self.stiffness is not None
+
+    @property
+    def constant(self) -> bool:
+        """Whether the coefficients do not change."""
+        return math.isnan(self.period)
+
+    @property
+    def cases(self) -> tuple[int, ...]:
+        """Shape of the leading axes."""
+        if self.function is not None:
+            return self.function(np.zeros(1)).shape[:-3]
+        parts = (self.damping, self.stiffness, self.matrix)
+        return np.broadcast_shapes(*(p.cases for p in parts if p is not None))
+
+    @property
+    def degrees(self) -> int:
+        """Number of coordinates q (or x)."""
+        if self.function is not None:
+            return self.function(np.zeros(1)).shape[-1]
+        part = self.stiffness if self.stiffness is not None else self.matrix
+        assert part is not None
+        return part.shape[0]
+
+    @property
+    def states(self) -> int:
+        """Number of states."""
+        return self.degrees * (2 if self.second_order else 1)
+
+    def sample(self, psi: ArrayLike) -> Array:
+        """The first-order matrix A(ψ): psi (k,) → (..., k, states, states)."""
+        psi = np.asarray(psi, float)
+        if self.function is not None:
+            return self.function(psi)
+        if self.matrix is not None:
+            return self.matrix.sample(psi)
+        assert self.stiffness is not None
+        n = self.degrees
+        K = self.stiffness.sample(psi)
+        D = self.damping.sample(psi) if self.damping is not None else np.zeros_like(K)
+        K, D = np.broadcast_arrays(K, D)
+        out = np.zeros((*K.shape[:-2], 2 * n, 2 * n))
+        out[..., :n, n:] = np.eye(n)
+        out[..., n:, :n] = -K
+        out[..., n:, n:] = -D
+        return out
+
+    def mean(self) -> PeriodicSystem:
+        """The constant system of the averaged coefficients."""
+        if self.function is not None:
+            raise ParameterError("function", None, "a system given as a function is not averaged here: average its matrix and give that as a constant")
+        averaged = {n: None if (m := getattr(self, n)) is None else _averaged(m) for n in ("damping", "stiffness", "matrix")}
+        inputs = self.inputs
+        return replace(self, period=math.nan, twist=None, inputs=inputs and (lambda: _averaged(inputs())), **averaged)
