@@ -130,8 +130,8 @@ def hill_form(system: PeriodicSystem) -> tuple[PeriodicMatrix, Array, Array | No
     d = system.damping if system.damping is not None else PeriodicMatrix.constant(np.zeros((1, 1)), k.period)
     q = k - 0.5 * d.derivative() - 0.25 * (d @ d)
     kicks = 0.5 * d.jumps()[..., 0, 0]
-    smooth = bool(np.all(np.abs(kicks) <= 1e-14 * (1.0 + d.bound()[..., 0, :])))
-    return q, -0.5 * d.mean()[..., 0, 0], None if smooth else kicks
+    kicks = np.where(np.abs(kicks) <= 1e-14 * (1.0 + d.bound()[..., 0, :]), 0.0, kicks)  # the rounding of equal values
+    return q, -0.5 * d.mean()[..., 0, 0], kicks if np.any(kicks) else None
 
 
 def _hill_map(system: PeriodicSystem, panels: int | None) -> PeriodMap:

@@ -197,7 +197,8 @@ class PeriodicMatrix:
         a, b = self.edges[..., :-1, None], self.edges[..., 1:, None]
         middle, half = 0.5 * (a + b), 0.5 * (b - a)
         weight = np.exp(1j * h * middle) * (2.0 * half * np.sinc(h * half / math.pi)) / self.period
-        return np.sum(weight[..., None, None] * self.coefficients, axis=(-4, -3)).real
+        terms = weight[..., None, None] * self.coefficients
+        return _added(_added(terms, -4), -3).real
 
     # ------------------------------------------------------------------ values
     def piece_of(self, psi: Array) -> NDArray[np.intp]:
@@ -228,7 +229,7 @@ class PeriodicMatrix:
 
     def bound(self) -> Array:
         """An upper bound of |entries| over ψ, (..., n, m)."""
-        return np.max(np.sum(np.abs(self.coefficients), axis=-3), axis=-3)
+        return np.max(_added(np.abs(self.coefficients), -3), axis=-3)
 
     def jumps(self) -> Array:
         """A(edge+) − A(edge−) at every edge but the last, (..., pieces, n, m); zero for a single piece."""
@@ -239,6 +240,15 @@ class PeriodicMatrix:
         psi = self.edges[..., :-1, None]  # one azimuth for each piece, the pieces taken as cases
         values = [replace(m, coefficients=m.coefficients[..., None, :, :, :]).sample(psi) for m in (after, before)]
         return (values[0] - values[1])[..., 0, :, :]
+
+
+def _added(terms: NDArray[Any], axis: int) -> NDArray[Any]:
+    """Sum along an axis in order: NumPy's own order depends on the number of cases, and so would the last bit."""
+    parts = np.moveaxis(terms, axis, 0)
+    total = parts[0]
+    for part in parts[1:]:
+        total = total + part
+    return total
 
 
 def _averaged(matrix: PeriodicMatrix) -> PeriodicMatrix:

@@ -1,0 +1,301 @@
+"""Where the simple model stops: locks, splits, onset of growth and limits in μ, by root-finding.
+
+With the half trace τ and the discriminant D = τ² - 1 of the blade's Hill form, over the period T with mean damping -2α::
+
+    lock              D > 0
+    growth            D > sinh² αT
+    split of the TPP  discriminant of its characteristic polynomial changes sign
+
+are signs of smooth functions of μ (analytic, but where reversed flow reaches root or tip).  Each is interpolated in Chebyshev
+points on panels until its coefficients fall to rounding; between the extrema of the interpolant and the ends the function
+is monotone, so every change of sign is bracketed, and solved on the function itself.  A window is missed only if D stays
+below the interpolation error (about 1e-13 of its scale) inside it.
+
+Errors of modes are smooth between those edges, with square roots at both ends; they are sampled in points graded to the
+ends, extrema between samples are sought, and crossings of the tolerance solved.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any, Unpack
+
+import numpy as np
+from numpy.polynomial import chebyshev
+from numpy.typing import NDArray
+
+from .comparison import Cause, Comparison, Metric, Model, compare, eigenvalues, exact_model, mode_names, simple_model
+from .errors import ParameterError, did_you_mean
+from .models import PhysicsKeywords, flapping, teetering
+from .period_map import PeriodMap, period_map
+from .rotor import Rotor
+
+__all__ = ["Limit", "instability_onset", "limits", "lock_windows", "split_edges", "validity_intervals", "validity_limit"]
+
+Array = NDArray[np.float64]
+NODES = 33  # Chebyshev points a panel
+DEPTH = 10  # halvings of a panel at most
+RESOLVED = 1e-12  # coefficients relative to the largest: above the noise of D, below any window that matters
+SAMPLES = 96  # graded points between two edges
+WIDTH = 1e-9  # windows narrower than this are not reported
+ROOT = {"xatol": 1e-13, "xrtol": 1e-13, "fatol": 0.0, "frtol": 0.0}
+
+
+@dataclass(frozen=True, kw_only=True)
+class Limit:
+    """Where a mode of the simple model fails a tolerance.
+
+    Attributes
+    ----------
+    mode, metric, tolerance
+        What was asked.
+    limit : float
+        The first μ at which the error passes the tolerance; inf = not up to ``mu_max``.
+    intervals : tuple of (μ_in, μ_out)
+        Every interval where it fails; μ_out = inf: still failing at ``mu_max``.
+    cause : Cause
+        How exact and simple model differ in kind at the limit.
+    lock : float
+        ρ per rev of the exact lock at the limit, nan outside a lock.
+    lock_edge, split_edge : float
+        The lock edge and the TPP split nearest to the limit (to ``mu_max`` without a limit), nan where there is none.
+    mu_max : float
+    """
+
+    mode: str
+    metric: Metric
+    tolerance: float
+    limit: float
+    intervals: tuple[tuple[float, float], ...]
+    cause: Cause
+    lock: float
+    lock_edge: float
+    split_edge: float
+    mu_max: float
+
+
+# ---------------------------------------------------------------------- public
+def validity_limit(rotor: Rotor, tolerance: float = 0.05, mode: str = "regressing", mu_max: float = 1.0, *,
+                   metric: Metric = Metric.RELATIVE, model: Model | None = None, **options: Unpack[PhysicsKeywords]) -> Any:  # fmt: skip
+    """The first μ at which the TPP error of ``mode`` passes ``tolerance``; inf = not up to ``mu_max``.
+
+    Arrays of rotor parameters give an array of limits.
+    """
+    return _each(rotor, lambda r: limits(r, tolerances=((metric, tolerance),), modes=(mode,), mu_max=mu_max, model=model, **options)[0].limit, float)
+
+
+def validity_intervals(rotor: Rotor, tolerance: float = 0.05, mode: str = "regressing", mu_max: float = 1.0, *,
+                       metric: Metric = Metric.RELATIVE, model: Model | None = None, **options: Unpack[PhysicsKeywords]) -> Any:  # fmt: skip
+    """Every (μ_in, μ_out) where the TPP error of ``mode`` passes ``tolerance``; μ_out = inf: still failing at ``mu_max``.
+
+    Arrays of rotor parameters give a list, one list of intervals a rotor.
+    """
+    return _each(rotor, lambda r: list(limits(r, tolerances=((metric, tolerance),), modes=(mode,), mu_max=mu_max, model=model, **options)[0].intervals), list)
+
+
+def lock_windows(rotor: Rotor, mu_max: float = 1.0, *, model: Model | None = None, **options: Unpack[PhysicsKeywords]) -> Any:
+    """Windows [(enter, leave, per_rev)] in μ where the exact pair is locked at ρ = per_rev, in order.
+
+    enter = 0.0: locked in hover; leave = inf: still locked at ``mu_max``.  Arrays of parameters give a list of such lists.
+    """
+    return _each(rotor, lambda r: _Rotor(r, mu_max, model, options).windows(), list)
+
+
+def instability_onset(rotor: Rotor, mu_max: float = 3.0, *, model: Model | None = None, **options: Unpack[PhysicsKeywords]) -> Any:
+    """The first μ with growth; 0.0 if already in hover, inf if none up to ``mu_max``."""
+    return _each(rotor, lambda r: _Rotor(r, mu_max, model, options).onset(), float)
+
+
+def split_edges(rotor: Rotor, mu_max: float = 1.0, *, model: Model | None = None, **options: Unpack[PhysicsKeywords]) -> Any:
+    """Every μ where a pair of TPP eigenvalues splits on the real axis or merges again."""
+    return _each(rotor, lambda r: _Rotor(r, mu_max, model, options).splits(), list)
+
+
+def limits(rotor: Rotor, *, tolerances: Sequence[tuple[Metric, float]] = ((Metric.RELATIVE, 0.05),), modes: Sequence[str] | None = None,
+           mu_max: float = 1.0, model: Model | None = None, **options: Unpack[PhysicsKeywords]) -> tuple[Limit, ...]:  # fmt: skip
+    """Limits of one rotor (no arrays) for every mode and (metric, tolerance), with intervals and causes."""
+    if rotor.shape:
+        raise ParameterError("rotor", rotor.shape, f"limits() takes one rotor, not an array of shape {rotor.shape}: use validity_limit, or index the rotor")
+    for metric, tolerance in tolerances:
+        if not (math.isfinite(tolerance) and tolerance > 0):
+            raise ParameterError("tolerance", tolerance, f"{tolerance!r} is no tolerance: give a positive number (0.05 is 5 % for a relative metric)")
+        Metric(metric)
+    one = _Rotor(rotor, mu_max, model, options)
+    known = mode_names(rotor, model)
+    for mode in modes or ():
+        if mode not in known:
+            raise ParameterError("mode", mode, f"{mode!r} is not a mode of this rotor{did_you_mean(mode, known)}; it has {', '.join(known)}")
+    return one.limits([(mode, Metric(m), float(t)) for mode in (modes or known) for m, t in tolerances])
+
+
+# ---------------------------------------------------------------------- one rotor
+class _Rotor:
+    """One rotor along μ from 0 to ``mu_max``."""
+
+    def __init__(self, rotor: Rotor, mu_max: float, model: Model | None, options: PhysicsKeywords) -> None:
+        if not (isinstance(mu_max, (int, float)) and math.isfinite(mu_max) and mu_max > 0):
+            raise ParameterError("mu_max", mu_max, f"{mu_max!r} is no end of the search: give an advance ratio above 0")
+        self.rotor, self.mu_max, self.options = rotor, float(mu_max), options
+        self.model: Model = exact_model(rotor, model)
+
+    def map(self, mu: Array) -> PeriodMap:
+        return period_map((teetering if self.model == "teetering" else flapping)(self.rotor, mu, **self.options))
+
+    def comparison(self, mu: Array) -> Comparison:
+        return compare(self.rotor, mu, model=self.model, **self.options)
+
+    def breaks(self) -> list[float]:
+        """Where the functions of μ are not analytic: reversed flow reaching root and tip."""
+        if not self.options.get("reversed_flow", False):
+            return [0.0, self.mu_max]
+        root, tip = max(float(self.rotor.hinge_offset), float(self.rotor.root_cutout)), float(self.options.get("tip_loss", 1.0))
+        return [0.0, *(x for x in sorted({root, tip}) if 0.0 < x < self.mu_max), self.mu_max]
+
+    def changes(self, f: Callable[[Array], Array]) -> list[float]:
+        """Every change of sign of ``f``."""
+        return [x for a, b in zip(self.breaks()[:-1], self.breaks()[1:], strict=True) for x in sign_changes(f, a, b)]
+
+    def windows(self) -> list[tuple[float, float, float]]:
+        edges = [0.0, *self.changes(lambda mu: _bounded(self.map(mu).discriminant, 0.0)), self.mu_max]
+        spans = [(a, b) for a, b in zip(edges[:-1], edges[1:], strict=True) if b - a > WIDTH]
+        state = stability_of(self.map(np.array([0.5 * (a + b) for a, b in spans])))
+        out = [(a, math.inf if b == self.mu_max else b, float(lock)) for (a, b), lock in zip(spans, state, strict=True) if not math.isnan(lock)]
+        return out
+
+    def onset(self) -> float:
+        def excess(mu: Array) -> Array:
+            phi = self.map(mu)
+            return _bounded(phi.discriminant, np.sinh(phi.mean * phi.period) ** 2)
+
+        if excess(np.zeros(1))[0] > 0:
+            return 0.0
+        found = self.changes(excess)
+        return found[0] if found else math.inf
+
+    def splits(self) -> list[float]:
+        return self.changes(lambda mu: _polynomial_discriminant(eigenvalues(simple_model(self.rotor, mu, model=self.model, **self.options))))
+
+    def limits(self, wanted: Sequence[tuple[str, Metric, float]]) -> tuple[Limit, ...]:
+        windows, splits = self.windows(), self.splits()
+        locks = sorted({x for a, b, _ in windows for x in (a, b) if 0.0 < x < math.inf})
+        edges = sorted({*self.breaks(), *locks, *splits})
+        graded = [a + (b - a) * 0.5 * (1.0 - np.cos(np.linspace(0.0, math.pi, SAMPLES))) for a, b in zip(edges[:-1], edges[1:], strict=True)]
+        mu = np.unique(np.concatenate(graded))
+        sampled = self.comparison(mu)
+        crossings = [self._crossings(mu, sampled[mode].by(metric), mode, metric, tolerance) for mode, metric, tolerance in wanted]
+        firsts = np.array([ins[0][0] if ins else self.mu_max for ins in crossings])
+        there = self.comparison(np.minimum(firsts + 1e-12, self.mu_max))
+        out = []
+        for i, ((mode, metric, tolerance), intervals) in enumerate(zip(wanted, crossings, strict=True)):
+            limit = intervals[0][0] if intervals else math.inf
+            out.append(Limit(
+                mode=mode, metric=metric, tolerance=tolerance, limit=limit, intervals=tuple(intervals), mu_max=self.mu_max,
+                cause=Cause(int(there[mode].cause[i])) if intervals else Cause.NONE, lock=float(there[mode].lock[i]) if intervals else math.nan,
+                lock_edge=_nearest(locks, firsts[i]), split_edge=_nearest(splits, firsts[i]),
+            ))  # fmt: skip
+        return tuple(out)
+
+    def _crossings(self, mu: Array, error: Array, mode: str, metric: Metric, tolerance: float) -> list[tuple[float, float]]:
+        """Intervals where the error is above the tolerance."""
+
+        def excess(x: Array) -> Array:
+            flat = np.atleast_1d(x).ravel()
+            return np.asarray(np.minimum(self.comparison(flat)[mode].by(metric), 1e3) - tolerance).reshape(np.shape(x))
+
+        value = np.minimum(error, 1e3) - tolerance
+        mu, value = _with_extrema(excess, mu, value)
+        roots = _solve(excess, mu, value)
+        ends = [0.0, *roots, self.mu_max]
+        failing = bool(value[0] > 0)
+        out = []
+        for a, b in zip(ends[:-1], ends[1:], strict=True):
+            if failing and b > a:
+                out.append((a, math.inf if b == self.mu_max else b))
+            failing = not failing
+        return out
+
+
+def stability_of(phi: PeriodMap) -> Array:
+    """The lock (ρ, nan outside) of a map's cases."""
+    from .exponents import exponents
+
+    return np.atleast_1d(exponents(phi).lock)
+
+
+# ---------------------------------------------------------------------- roots of smooth functions
+def sign_changes(f: Callable[[Array], Array], a: float, b: float) -> list[float]:
+    """Every change of sign of a smooth vectorised ``f`` in (a, b), to rounding.
+
+    Chebyshev interpolation on panels, halved until resolved; f is monotone between the extrema of the interpolant.
+    """
+    points = np.unique(np.concatenate([_extrema(f, lo, hi, 0) for lo, hi in [(a, b)]]))
+    values = f(points)
+    if values[0] == 0.0:  # a root at the very start is no change of sign inside
+        values[0] = values[1]
+    return _solve(f, points, values)
+
+
+def _extrema(f: Callable[[Array], Array], a: float, b: float, depth: int) -> Array:
+    """Ends and extrema of ``f`` on [a, b]."""
+    x = chebyshev.chebpts2(NODES)
+    y = f(0.5 * (a + b) + 0.5 * (b - a) * x)
+    c = chebyshev.chebfit(x, y, NODES - 1)
+    if depth < DEPTH and np.abs(c[-4:]).max() > RESOLVED * np.abs(c).max():
+        middle = 0.5 * (a + b)
+        return np.concatenate([_extrema(f, a, middle, depth + 1), _extrema(f, middle, b, depth + 1)])
+    keep = np.flatnonzero(np.abs(c) > 1e-15 * np.abs(c).max())
+    slope = chebyshev.chebder(c[: keep[-1] + 1]) if keep.size else np.zeros(1)
+    turning = chebyshev.chebroots(slope) if len(slope) > 1 else np.empty(0)
+    real = np.clip(turning.real[np.abs(turning.imag) < 1e-3], -1.0, 1.0)
+    return np.concatenate([[a, b], 0.5 * (a + b) + 0.5 * (b - a) * real])
+
+
+def _solve(f: Callable[[Array], Array], x: Array, y: Array) -> list[float]:
+    """Roots between neighbours of opposite sign."""
+    from scipy.optimize import elementwise
+
+    i = np.flatnonzero((y[:-1] > 0) != (y[1:] > 0))
+    if not i.size:
+        return []
+    return [float(r) for r in elementwise.find_root(f, (x[i], x[i + 1]), tolerances=ROOT).x]
+
+
+def _with_extrema(f: Callable[[Array], Array], x: Array, y: Array) -> tuple[Array, Array]:
+    """Add the extrema that may hide a pair of crossings between samples."""
+    from scipy.optimize import elementwise
+
+    inner, sign = np.arange(1, len(x) - 1), np.where(y > 0, 1.0, -1.0)
+    same = (sign[inner] == sign[inner - 1]) & (sign[inner] == sign[inner + 1])
+    turning = (sign * y)[inner] <= np.minimum((sign * y)[inner - 1], (sign * y)[inner + 1])
+    i = inner[same & turning & (np.abs(y[inner]) < 1e2)]
+    if not i.size:
+        return x, y
+    found = elementwise.find_minimum(lambda t, s: s * f(t), (x[i - 1], x[i], x[i + 1]), args=(sign[i],), maxiter=40)
+    x, y = np.concatenate([x, found.x]), np.concatenate([y, sign[i] * found.f_x])
+    order = np.argsort(x, kind="stable")
+    return x[order], y[order]
+
+
+def _bounded(D: Array, level: Array | float) -> Array:
+    """D - level on a scale from -1 to 1 (D ≥ -1), smooth in both."""
+    return np.asarray((D - level) / (2.0 + D + level))
+
+
+def _polynomial_discriminant(roots: NDArray[np.complex128]) -> Array:
+    """Π (s_i - s_j)² of the eigenvalues: real, negative for an odd number of complex pairs; a change of sign is a split."""
+    i, j = np.triu_indices(roots.shape[-1], 1)
+    return np.asarray(np.prod(roots[..., i] - roots[..., j], axis=-1) ** 2).real
+
+
+def _nearest(edges: Sequence[float], mu: float) -> float:
+    return min(edges, key=lambda e: abs(e - mu)) if edges else math.nan
+
+
+def _each(rotor: Rotor, f: Callable[[Rotor], Any], kind: type) -> Any:
+    """f for a rotor, or for each rotor of an array."""
+    if not rotor.shape:
+        return f(rotor)
+    values = [f(rotor[index]) for index in np.ndindex(rotor.shape)]
+    return np.array(values).reshape(rotor.shape) if kind is float else values
