@@ -1,0 +1,137 @@
+"""Floquet modes of coupled systems: periodic eigenvectors, their harmonics, lifted exponents and names.
+
+A mode is ``x(ψ) = e^{ηψ} p(ψ)``, p periodic (with a twist, over two passages).  Its exponent is known modulo i·2π/period;
+the branch is that of the dominant harmonic of the coordinates, h: ``η + i h`` is the frequency an observer counts.  In the
+non-rotating frame a cyclic pair (β_nc, β_ns) whirls: seen from the blade its frequency ω is ω - n or ω + n, whichever way
+it turns, and the mode is called after that::
+
+    coning        β₀ dominates                 differential   β_d dominates
+    advancing     forward whirl with ω ≥ n     regressing     every other whirl (with "-n" for n ≥ 2)
+
+The single blade needs none of this: its branch is the rotation number (:mod:`floquet.exponents`).
+"""
+
+from __future__ import annotations
+
+import math
+from collections import Counter
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .collocation import first_order_panel, gauss_rule
+from .errors import ParameterError
+from .exponents import stability
+from .period_map import NODES
+from .periodic import PeriodicSystem
+
+__all__ = ["Modes", "modes"]
+
+Complex = NDArray[np.complex128]
+STEPS = 64  # azimuths of the eigenvectors: harmonics up to 31 a span, far above any model's
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Modes:
+    """Modes of one system, in the order of its :class:`~floquet.exponents.Stability`.
+
+    Attributes
+    ----------
+    names : tuple of str
+        One a mode; the two members of a pair share it.
+    exponents : complex (modes,)
+        On the branch of the dominant harmonic.
+    exponent_errors : float (modes,)
+    azimuths : float (steps,)
+    vectors : complex (modes, steps, states)
+        p at the azimuths, of unit length on average.
+    frequencies : float (harmonics,)
+        Frequencies of the harmonics of p, per radian.
+    participation : float (modes, coordinates, harmonics)
+        Share of a coordinate's harmonic in the mode's displacement; sums to 1 a mode.
+    closure : float (modes,)
+        |p after the span - p at its start|: what the integration lost.
+    """
+
+    names: tuple[str, ...]
+    exponents: Complex
+    exponent_errors: NDArray[np.float64]
+    azimuths: NDArray[np.float64]
+    vectors: Complex
+    frequencies: NDArray[np.float64]
+    participation: NDArray[np.float64]
+    closure: NDArray[np.float64]
+
+
+def modes(system: PeriodicSystem) -> Modes:
+    """Modes of one periodic system (no cases); small multipliers beside large ones lose digits of their vectors."""
+    if system.constant or system.cases:
+        raise ParameterError("system", system.name, "modes() takes one periodic system: for a constant one use numpy.linalg.eig, for cases index the rotor")
+    T, n = system.period, system.states
+    twist = np.ones(n) if system.twist is None else system.twist
+    span = T if system.twist is None else 2.0 * T
+    maps = _steps(system, span)
+    states = np.empty((STEPS + 1, n, n))
+    states[0] = np.eye(n)
+    for k, step in enumerate(maps):
+        states[k + 1] = step @ states[k]
+    half = STEPS if system.twist is None else STEPS // 2
+    values, V = np.linalg.eig((twist[:, None] * states[half]).astype(complex))
+    found = stability(system)
+    eta = np.asarray(found.exponents)
+    order = _paired(eta, np.log(values) / T, 2.0 * math.pi / T)
+    psi = np.linspace(0.0, span, STEPS + 1)
+    p = np.einsum("kij,jm->mki", states, V[:, order]) * np.exp(-eta[:, None] * psi)[:, :, None]
+    p /= np.sqrt(np.mean(np.sum(np.abs(p[:, :-1]) ** 2, axis=-1), axis=-1))[:, None, None]
+    q = p[:, :-1, : system.degrees]
+    c = np.fft.fft(q, axis=1) / STEPS
+    share = np.abs(np.swapaxes(c, 1, 2)) ** 2
+    share /= share.sum(axis=(1, 2), keepdims=True)
+    frequencies = np.fft.fftfreq(STEPS, 1.0 / STEPS) * 2.0 * math.pi / span
+    dominant = [np.unravel_index(np.argmax(s), s.shape) for s in share]
+    lifted = eta + 1j * frequencies[[h for _, h in dominant]]
+    names = [_name(system.coordinates, i, int(h), lifted[m].imag, c[m]) for m, (i, h) in enumerate(dominant)]
+    return Modes(names=_numbered(names), exponents=lifted, exponent_errors=np.asarray(found.exponent_errors), azimuths=psi[:-1], vectors=p[:, :-1],
+                 frequencies=frequencies, participation=share, closure=np.abs(p[:, -1] - p[:, 0]).max(axis=-1))  # fmt: skip
+
+
+def _steps(system: PeriodicSystem, span: float) -> NDArray[np.float64]:
+    """Maps over equal steps of the span."""
+    h, rule = 0.5 * span / STEPS, gauss_rule(NODES)
+    psi = (2 * np.arange(STEPS)[:, None] + 1 + rule.nodes) * h
+    A = system.sample(psi.ravel())
+    return first_order_panel(A.reshape(STEPS, NODES, *A.shape[-2:]), np.full(STEPS, h), rule)
+
+
+def _paired(eta: Complex, found: Complex, strip: float) -> NDArray[np.intp]:
+    """Which eigenvector belongs to which exponent."""
+    from scipy.optimize import linear_sum_assignment
+
+    d = eta[:, None] - found[None, :]
+    return np.asarray(linear_sum_assignment(np.hypot(d.real, d.imag - strip * np.round(d.imag / strip)))[1])
+
+
+def _name(coordinates: tuple[str, ...], i: int, h: int, omega: float, c: Complex) -> str:
+    """Name of a mode after its dominant coordinate i and harmonic h, of frequency omega; empty without multiblade names."""
+    coordinate = coordinates[i] if i < len(coordinates) else ""
+    if coordinate in ("beta_0", "beta_d"):
+        return "coning" if coordinate == "beta_0" else "differential"
+    if not coordinate.startswith("beta_") or coordinate[-1] not in "cs":
+        return ""
+    n = int(coordinate[5:-1])
+    j = coordinates.index(f"beta_{n}c")
+    backward = abs(c[h, j] - 1j * c[h, j + 1]), abs(c[h, j] + 1j * c[h, j + 1])  # amplitudes of e^{+inψ} and e^{-inψ} in the blade
+    whirl = 1.0 if backward[0] > backward[1] else -1.0
+    forward = omega * whirl < 0 and abs(omega) >= n
+    return ("advancing" if forward else "regressing") + ("" if n == 1 else f"-{n}")
+
+
+def _numbered(names: list[str]) -> tuple[str, ...]:
+    """Names, with "mode k" where there is none."""
+    counts: Counter[str] = Counter()
+    out = []
+    for name in names:
+        counts[name] += 1
+        out.append(name or f"mode {(counts[name] + 1) // 2}")
+    return tuple(out)
