@@ -1,0 +1,820 @@
+"""floquet.query: the language against Python's own reading of it row by row, its errors, chunk skipping, streaming."""
+
+from __future__ import annotations
+
+import gc
+import random
+import re
+import shlex
+import sys
+import tracemalloc
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from floquet import query
+from floquet.errors import DatabaseError, QueryError
+from floquet.query import Database, Interval, Predicate, Scope, compile_expression
+
+ROOT = Path(__file__).parents[1]
+
+
+@dataclass(frozen=True)
+class Column:
+    """What the language needs of a column."""
+
+    dtype: str = "f8"
+    units: str = "1"
+    long_name: str = ""
+    flags: dict[int, str] | None = None
+
+
+VERDICT = Column("i1", flags={0: "STABLE", 1: "UNSTABLE", 2: "UNDECIDED"})
+CAUSE = Column("i1", flags={-1: "ABSENT", 0: "NONE", 1: "DRIFT", 2: "LOCK"})
+POINTS = {
+    "rotor": Column("i4", long_name="index of the rotor"),
+    "advance_ratio": Column(long_name="advance ratio"),
+    "lock_number": Column(),
+    "hinge_offset": Column(units="R"),
+    "pitch_flap_coupling": Column(),
+    "blades": Column("i2"),
+    "exponent_1": Column("c16"),
+    "lock": Column(),
+    "verdict": VERDICT,
+    "error_regressing": Column(),
+    "error_coning": Column(),
+    "cause_regressing": CAUSE,
+}
+LIMITS = {
+    "rotor": Column("i4"),
+    "lock_number": Column(),
+    "hinge_offset": Column(),
+    "mode": Column("i1", flags={0: "regressing", 1: "coning"}),
+    "tolerance": Column(),
+    "limit": Column(),
+    "cause": CAUSE,
+}
+NAMES = ("Bo 105", "Lynx", "UH-60")
+
+
+class FakeFile:
+    """The methods of an open store file over arrays in memory; counts what is read."""
+
+    def __init__(self, tables: dict[str, dict[str, Any]], names: tuple[str, ...] = NAMES, chunk: int = 64) -> None:
+        self._tables, self.names, self.chunk = tables, names, chunk
+        self.attributes = {"title": "a database"}
+        self._columns = {"points": POINTS, "limits": LIMITS}
+        self.read: list[tuple[int, tuple[str, ...]]] = []
+
+    @property
+    def tables(self) -> tuple[str, ...]:
+        return tuple(self._tables)
+
+    def columns(self, table: str) -> dict[str, Column]:
+        return {name: column for name, column in self._columns[table].items() if name in self._tables[table]}
+
+    def rows(self, table: str) -> int:
+        return len(next(iter(self._tables[table].values())))
+
+    def _values(self, table: str, name: str) -> Any:
+        data = self._tables[table]
+        if name in data:
+            return data[name]
+        return data[name[:-3]].real if name.endswith("_re") else data[name[:-3]].imag
+
+    def chunks(
+        self, table: str, columns: Any, start: int = 0, stop: int | None = None, skip: Any = None
+    ) -> Iterator[tuple[int, dict[str, Any]]]:
+        stop = self.rows(table) if stop is None else stop
+        for a in range(start, stop, self.chunk):
+            part = {name: self._values(table, name)[a : min(a + self.chunk, stop)].copy() for name in columns}
+            if skip is not None and skip(*_ranges(part)):
+                continue
+            self.read.append((a, tuple(columns)))
+            yield a, part
+
+
+def _ranges(part: dict[str, Any]) -> tuple[dict[str, Any], dict[str, Any]]:
+    """Minima and maxima that pass over nan; nan where there is nothing else."""
+    minima, maxima = {}, {}
+    for name, values in part.items():
+        known = values[~np.isnan(values)]
+        minima[name] = known.min() if known.size and known.dtype.kind != "c" else np.nan
+        maxima[name] = known.max() if known.size and known.dtype.kind != "c" else np.nan
+    return minima, maxima
+
+
+def points(rows: int = 400, seed: int = 1) -> dict[str, Any]:
+    """Quarters from −2 to 2 (so that ties and exact powers happen), with nan, ±inf and −0.0 among them."""
+    g = np.random.default_rng(seed)
+
+    def number() -> Any:
+        values = g.integers(-8, 9, rows) / 4
+        for special in (np.nan, np.inf, -np.inf, -0.0):
+            values[g.random(rows) < 0.04] = special
+        return values
+
+    floats = {name: number() for name, column in POINTS.items() if column.dtype == "f8"}
+    table = {
+        "rotor": g.integers(0, len(NAMES), rows).astype("i4"),
+        "blades": g.integers(2, 6, rows).astype("i2"),
+        "exponent_1": np.where(np.isfinite(floats["lock"]), floats["lock"], 0) + 1j * g.integers(0, 4, rows),
+        "verdict": g.integers(0, 3, rows).astype("i1"),
+        "cause_regressing": g.integers(-1, 3, rows).astype("i1"),
+        **floats,
+    }
+    return {name: table[name] for name in POINTS}
+
+
+def limits(rows: int = 30, seed: int = 2) -> dict[str, Any]:
+    g = np.random.default_rng(seed)
+    table: dict[str, Any] = {name: g.random(rows) for name in LIMITS}
+    table |= {"rotor": g.integers(0, 3, rows).astype("i4"), "mode": g.integers(0, 2, rows).astype("i1")}
+    return table | {"cause": g.integers(0, 3, rows).astype("i1")}
+
+
+@pytest.fixture
+def db() -> Database:
+    return Database("fake.h5", FakeFile({"points": points(), "limits": limits()}))
+
+
+SCOPE = Scope.of(POINTS, NAMES)
+
+
+def holds(expression: str, table: dict[str, Any]) -> Any:
+    return compile_expression(expression, SCOPE).holds(with_parts(table), len(table["rotor"]))
+
+
+def with_parts(table: dict[str, Any]) -> dict[str, Any]:
+    """The table and the parts of its complex columns."""
+    parts = {name: values for name, values in table.items() if values.dtype.kind == "c"}
+    real = {name + "_re": values.real for name, values in parts.items()}
+    return table | real | {name + "_im": values.imag for name, values in parts.items()}
+
+
+# --- the language is a subset of Python: Python reads the same text row by row ----------------------------------------
+
+
+PYTHON = {
+    "F": np.float64,
+    "inf": np.float64(np.inf),
+    "abs": abs,
+    "sqrt": np.sqrt,
+    "isnan": np.isnan,
+    "isfinite": np.isfinite,
+    "min": lambda *a: np.float64(np.nan) if any(np.isnan(x) for x in a) else min(a),
+    "max": lambda *a: np.float64(np.nan) if any(np.isnan(x) for x in a) else max(a),
+    "__builtins__": {},
+}
+
+
+def python_rows(text: str, table: dict[str, Any]) -> Any:
+    """Python's answer, one row after another, numbers as float64 so that 1/0 is inf; words as their text."""
+    code = compile(re.sub(r"(?<![\w.])(\d+\.?\d*|\.\d+)", r"F(\1)", text), "<query>", "eval")
+    answer = []
+    for row in range(len(table["rotor"])):
+        values = {name: np.float64(v[row]) for name, v in with_parts(table).items() if v.dtype.kind != "c"}
+        for name, column in POINTS.items():
+            if column.flags:
+                values[name] = column.flags[int(table[name][row])]
+        answer.append(bool(eval(code, PYTHON, values)))
+    return np.array(answer)
+
+
+class Writer:
+    """Random expressions, with few parentheses, so that precedence decides."""
+
+    def __init__(self, seed: int) -> None:
+        self.r = random.Random(seed)
+
+    def number(self, depth: int) -> str:
+        r = self.r
+        if depth <= 0 or r.random() < 0.3:
+            constant = r.choice(["0", "1", "0.25", "2.", ".5", "1.5", "inf"])
+            columns = ["advance_ratio", "lock_number", "lock", "blades", "rotor", "exponent_1_re", "exponent_1_im"]
+            return constant if r.random() < 0.3 else r.choice(columns)
+        a, b = self.number(depth - 1), self.number(depth - 1)
+        form = r.choice(["{} + {}", "{} - {}", "{} * {}", "{} / {}", "-{}", "+{}", "({})", "({} - {})", "min({}, {})"])
+        power = ["{} ** 2", "({}) ** 2", "-{} ** 2", "({}) ** -1", "{} ** 0", "({}) ** 3", "abs({})", "max({}, {}, 0)"]
+        return (form if r.random() < 0.7 else r.choice(power)).format(a, b)
+
+    def truth(self, depth: int) -> str:
+        r = self.r
+        if depth <= 0 or r.random() < 0.2:
+            return self.leaf()
+        a, b, c = (self.truth(depth - 1) for _ in range(3))
+        return r.choice(["{} and {}", "{} or {}", "not {}", "({})", "({} or {})", "{} or {} and not {}"]).format(
+            a, b, c
+        )
+
+    def leaf(self) -> str:
+        r = self.r
+        a, b, c = (self.number(2) for _ in range(3))
+        sign, other = r.choice(["<", "<=", ">", ">=", "==", "!="]), r.choice(["<", "<=", "==", "!="])
+        forms = [
+            f"{a} {sign} {b}",
+            f"{a} {sign} {b} {other} {c}",
+            f"{a} in (0, .25, 2, -1.5)",
+            f"{a} not in (1, inf,)",
+            f"isnan({a})",
+            f"isfinite({a})",
+            f'verdict {r.choice(["==", "!="])} "{r.choice(["STABLE", "UNSTABLE"])}"',
+            "cause_regressing in ('LOCK', \"DRIFT\")",
+        ]
+        return r.choice([*forms[:2], *forms])
+
+
+def expressions(count: int, seed: int) -> Iterator[str]:
+    writer = Writer(seed)
+    for _ in range(count):
+        yield writer.truth(3)
+
+
+def test_random_expressions_mean_what_python_means() -> None:
+    table = {name: values[:40] for name, values in points(seed=7).items()}
+    share = []
+    with np.errstate(all="ignore"):
+        for text in expressions(350, seed=3):
+            expected = python_rows(text, table)
+            np.testing.assert_array_equal(holds(text, table), expected, err_msg=text)
+            share.append(expected.mean())
+    assert 0.3 < np.mean(share) < 0.7 and np.mean((np.array(share) > 0) & (np.array(share) < 1)) > 0.4
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "not advance_ratio < 0.5 and lock_number > 0",
+        "not advance_ratio < 0.5 or lock_number > 0 and blades == 4",
+        "-advance_ratio ** 2 > -1",
+        "2 ** -1 < advance_ratio",
+        "2 ** 3 ** 0 * blades == 4",
+        "1 - lock_number - 1 < 0",
+        "1 / lock_number / 2 > 0.25",
+        "1 - 2 * blades + 3 <= -4",
+        "0 < advance_ratio <= 1 != lock_number",
+        "not not isnan(lock)",
+        "not blades in (2, 4) and blades > 2",
+        "lock != lock",
+        "1 < 2",
+        "1 / 0 == inf",
+        "isnan(0 / 0) and blades == 3",
+    ],
+)
+def test_precedence_is_pythons(text: str) -> None:
+    table = points()
+    with np.errstate(all="ignore"):
+        np.testing.assert_array_equal(holds(text, table), python_rows(text, table))
+
+
+def test_nan_is_false_in_every_comparison_but_unequal() -> None:
+    table = {"lock": np.array([np.nan, 0.5]), "rotor": np.zeros(2, "i4")}
+    for text in ("lock < 1", "lock <= 1", "lock > 0", "lock >= 0", "lock == 0.5", "lock in (0.5, 1)", "0 < lock < 1"):
+        assert holds(text, table).tolist() == [False, True], text
+    for text in ("lock != 0.5", "not lock == 0.5", "not lock > 0", "isnan(lock)", "lock not in (0.5, 1)"):
+        assert holds(text, table).tolist() == [True, False], text
+    assert holds("isfinite(lock) and lock != 1", table).tolist() == [False, True]
+
+
+def test_words_match_in_any_capitals_and_a_name_as_written_goes_first() -> None:
+    table = points()
+    unstable = table["verdict"] == 1
+    for text in ('verdict == "UNSTABLE"', "verdict == 'unstable'", '"Unstable" == verdict', 'verdict in ("unstable")'):
+        np.testing.assert_array_equal(holds(text, table), unstable)
+    np.testing.assert_array_equal(holds('verdict not in ("stable", "undecided")', table), unstable)
+    np.testing.assert_array_equal(holds('verdict != "UNSTABLE"', table), ~unstable)
+    np.testing.assert_array_equal(holds('rotor == "bo 105"', table), table["rotor"] == 0)
+    np.testing.assert_array_equal(holds("rotor in (0, 2)", table), table["rotor"] != 1)
+    np.testing.assert_array_equal(holds("rotor + 1 > 2", table), table["rotor"] > 1)
+    twins = Scope.of(POINTS, ("lynx", "Lynx", "Lynx"))
+    assert compile_expression('rotor == "Lynx"', twins).holds({"rotor": np.arange(3)}, 3).tolist() == [
+        False,
+        True,
+        True,
+    ]
+    assert compile_expression('rotor == "LYNX"', twins).holds({"rotor": np.arange(3)}, 3).all()
+
+
+# --- everything that is refused, in one sentence with its column ------------------------------------------------------
+
+REFUSED = [
+    ("advance_ratio > 0.3 & lock_number < 6", 21, "write and instead of &"),
+    ("advance_ratio > 0.3 | lock_number < 6", 21, "write or instead of |"),
+    ("advance_ratio > 0.3 && lock_number < 6", 21, "write and instead of &"),
+    ('__import__("os")', 1, "'__import__' is no function; there are abs, min"),
+    ('__import__("os").system("true")', 17, "'.' is not part of the language"),
+    ("advance_ratio.__class__ > 1", 14, "'.' is not part of the language"),
+    ("lambda: 0", 7, "':' is not part of the language"),
+    ("@lock > 1", 1, "'@' is not part of the language"),
+    ("µ > 0.3", 1, "'µ' is not part of the language"),
+    ("advance_ratio = 0.3", 15, "write == to compare"),
+    ("!(lock > 1)", 1, "write not"),
+    ("lock ^ 2 > 1", 6, "write ** for a power"),
+    ("blades in [2, 4]", 11, "x in (1, 2, 3)"),
+    ("verdict == “STABLE”", 12, "straight quotes"),
+    ("advance_ratoi > 0.3", 1, "'advance_ratoi' is no column of this table, did you mean 'advance_ratio'?"),
+    ("blades > 1 and verdct == 'STABLE'", 16, "did you mean 'verdict'?"),
+    ("mu > 0.3", 1, "the column is advance_ratio"),
+    ("gamma > 6", 1, "the column is lock_number"),
+    ("lock == nan", 9, "isnan(x)"),
+    ("verdict == UNSTABLE", 12, 'a word stands in quotes, as in verdict == "UNSTABLE"'),
+    ("rotor_name == 'Lynx'", 1, "use rotor"),
+    ("exponent_1 > 0", 1, "exponent_1 is complex; write exponent_1_re or exponent_1_im"),
+    ("exponent_1_ree > 0", 1, "did you mean 'exponent_1_re'?"),
+    ("advance_ratio", 1, "advance_ratio is a number where a truth value is needed; compare advance_ratio"),
+    ("not lock_number", 5, "lock_number is a number where a truth value is needed"),
+    ("lock > 1 and blades + 1", 14, "this is a number where a truth value is needed"),
+    ("lock > 1 or abs(blades)", 13, "this is a number where a truth value is needed"),
+    ("(lock > 1) + 2 > 0", 2, "a comparison stands where a number is needed; join comparisons with and, or, not"),
+    ("abs(lock > 1) > 0", 5, "a comparison stands where a number is needed"),
+    ("isnan(lock) == 1", 1, "a comparison stands where a number is needed"),
+    ("-(lock > 1) > 0", 3, "a comparison stands where a number is needed"),
+    ("verdict", 1, "verdict is a column of words where a truth value is needed; compare verdict with == or !="),
+    ("verdict + 1 > 2", 1, "verdict is a column of words where a number is needed"),
+    ("isnan(verdict)", 7, "verdict is a column of words where a number is needed"),
+    ("verdict == 1", 12, 'verdict holds words; compare it with a word in quotes, as in verdict == "STABLE"'),
+    ("1 == verdict", 1, "verdict holds words"),
+    ("verdict == cause_regressing", 1, "cause_regressing holds words"),
+    ("verdict in ('STABLE', 1)", 23, "verdict holds words"),
+    ("rotor in (1, 'Lynx')", 11, "rotor holds words"),
+    ("verdict > 'STABLE'", 9, "words have no order"),
+    ("verdict < 1", 9, "words have no order"),
+    (
+        "verdict == 'UNSTABEL'",
+        12,
+        "'UNSTABEL' is no word of verdict, which has STABLE, UNSTABLE, UNDECIDED, did you mean",
+    ),
+    ("verdict == 'unstabel'", 12, "did you mean 'unstable'?"),
+    ("verdict == ''", 12, "'' is no word of verdict"),
+    ("rotor == 'Bo 106'", 10, "did you mean 'Bo 105'?"),
+    (
+        "lock == 'LOCK'",
+        1,
+        "lock holds numbers, which a word in quotes cannot be compared with; these columns hold words:",
+    ),
+    ("lock + 1 == 'LOCK'", 1, "this is a number, which a word in quotes cannot be compared with"),
+    ("'a' == 'b'", 8, "this is a word in quotes, which"),
+    ("lock in ('LOCK')", 1, "lock holds numbers"),
+    ("'LOCK'", 1, "a word in quotes stands where a truth value is needed"),
+    ("'LOCK' + 1 > 0", 1, "a word in quotes stands where a number is needed"),
+    ("blades in (2, lock)", 15, "the members of a set are numbers or words"),
+    ("blades in ()", 1, "the set after in is empty"),
+    ("blades in 4", 11, "a set in parentheses is due after in"),
+    ("blades not 4", 12, "a set in parentheses is due after in"),
+    ("0 < blades in (2, 4)", 12, "'in' cannot follow what stands before it"),
+    ("blades in (2, 4) == 2", 18, "'==' cannot follow what stands before it"),
+    ("lock_number ** advance_ratio > 1", 16, "the exponent after ** is a number"),
+    ("lock ** abs(blades) > 1", 9, "the exponent after ** is a number"),
+    ("lock ** (2 + blades) > 1", 10, "the exponent after ** is a number"),
+    ("lock ** -blades > 1", 9, "the exponent after ** is a number"),
+    ("abs() > 1", 1, "abs takes one argument, none given"),
+    ("sqrt(1, 2) > 1", 1, "sqrt takes one argument, 2 given"),
+    ("min(blades) > 1", 1, "min takes two or more arguments, 1 given"),
+    ("abs > 1", 1, "abs is a function; write abs(…)"),
+    ("lock(1) > 1", 1, "'lock' is no function"),
+    ("()", 2, "there is nothing between these parentheses"),
+    ("lock > 1 and ( )", 16, "there is nothing between these parentheses"),
+    ("(lock > 1", 1, "the parenthesis opened here is never closed"),
+    ("((lock > 1) and (blades > 2)", 1, "the parenthesis opened here is never closed"),
+    ("lock > 1)", 9, "this ) closes no parenthesis"),
+    (")(", 1, "this ) closes no parenthesis"),
+    ("verdict == 'STABLE", 12, "the quote ' opened here is never closed"),
+    ("verdict == \"STABLE'", 12, 'the quote " opened here is never closed'),
+    ("lock > ", 7, "the expression ends where a column, a number or a word in quotes is due"),
+    ("lock > 1 and", 13, "the expression ends where"),
+    ("not", 4, "the expression ends where"),
+    ("> 1", 1, "'>' stands where a column, a number or a word in quotes is due"),
+    ("lock > > 1", 8, "'>' stands where"),
+    ("lock <> 1", 7, "'>' stands where"),
+    ("and", 1, "'and' stands where"),
+    ("lock 1", 6, "'1' follows without an operator; join comparisons with and, or"),
+    ("lock > 1 blades > 2", 10, "'blades' follows without an operator"),
+    ("lock > 1 AND blades > 2", 10, "write and in small letters"),
+    ("NOT lock > 1", 5, "'lock' follows without an operator"),
+    ("lock > 1, blades > 2", 9, "a comma stands only between"),
+    ("1.2.3 > lock", 4, "'.3' follows without an operator"),
+    ("0x10 > lock", 2, "'x10' follows without an operator"),
+    ("lock > 1; blades > 2", 9, "';' is not part of the language"),
+    ("1e999 > lock", 1, "1e999 is beyond the largest number"),
+    ("9" * 5000 + " > lock", 1, "is beyond the largest number"),
+    ("(" * 10_000, 65, "parentheses are nested more than 64 deep"),
+    ("(" * 65 + "lock > 1" + ")" * 65, 65, "parentheses are nested more than 64 deep"),
+    ("abs(" * 1000 + "lock" + ")" * 1000 + "> 1", 260, "parentheses are nested more than 64 deep"),
+    ("-" * 9000 + "lock > 1", 63, "are nested more than 64 deep; write the expression flatter"),
+    ("not " * 2400 + "lock > 1", 253, "are nested more than 64 deep"),
+    ("lock" + "**2" * 3000 + " > 1", 190, "are nested more than 64 deep"),
+    ("x" * 20_000, 10_001, "20000 characters are given and 10000 allowed"),
+    ("(" * 10_001, 10_001, "10001 characters are given"),
+    ("x" * 10_000, 1, "is no column of this table"),
+    ("verdict == '" + "U" * 9000 + "'", 12, "is no word of verdict"),
+    ("\ud800 > 1", 1, "'\\ud800' is not part of the language"),
+    ("\0", 1, "'\\x00' is not part of the language"),
+    ("lock > ٣", 8, "'٣' is not part of the language"),
+]
+
+
+@pytest.mark.parametrize(("text", "at", "sentence"), REFUSED, ids=[text[:30] for text, *_ in REFUSED])
+def test_refused_with_a_sentence_and_a_column(text: str, at: int, sentence: str) -> None:
+    with pytest.raises(QueryError) as e:
+        compile_expression(text, SCOPE)
+    message = str(e.value)
+    assert sentence in message and e.value.column == at and e.value.expression == text
+    assert message.startswith(f"query, column {at}: ") and "\n" not in message and len(message) < 250
+
+
+def test_without_rotor_names_a_word_is_refused() -> None:
+    with pytest.raises(QueryError, match="no rotor names; compare rotor with a number, as in rotor == 0"):
+        compile_expression("rotor == 'Lynx'", Scope.of(POINTS, ()))
+
+
+def test_an_expression_is_text() -> None:
+    for wrong in (None, 3, b"lock > 1", ["lock > 1"]):
+        with pytest.raises(QueryError, match="an expression is text"):
+            compile_expression(wrong, SCOPE)
+
+
+def test_the_limits_themselves_are_allowed() -> None:
+    assert holds("(" * 64 + "blades > 1" + ")" * 64, points()).all()
+    long = "lock > 1" + " or blades > 1" * 700
+    assert 9500 < len(long) <= query.MAX_LENGTH and holds(long, points()).all()
+    assert holds("blades > 0" + " + 0" * 2400, points()).all()
+    assert holds("blades in (" + "2, " * 3000 + "3, 4, 5)", points()).all()
+    assert holds("0" + " < blades" * 1 + " <= blades" * 900, points()).all()
+
+
+def test_depth_needs_little_of_the_stack() -> None:
+    """64 levels of the tree, the way down the most expensive rule, within 450 frames from here."""
+    deep = "-abs(" * 31 + "lock" + ")" * 31 + " <= 0"
+    frames, frame = 0, sys._getframe()
+    while frame is not None:
+        frames, frame = frames + 1, frame.f_back  # type: ignore[assignment]
+    before = sys.getrecursionlimit()
+    compile_expression("lock > 1", SCOPE)
+    try:
+        sys.setrecursionlimit(frames + 450)
+        predicate = compile_expression(deep, SCOPE)
+        predicate.holds(points(), 400)
+        predicate.skip({"lock": 0.0}, {"lock": 1.0})
+    finally:
+        sys.setrecursionlimit(before)
+
+
+def test_random_text_gives_an_answer_or_a_query_error() -> None:
+    r = random.Random(11)
+    table = {name: values[:8] for name, values in points().items()}
+    tokens = (
+        "( ) ( ) and or not in < <= == != > >= + - * / ** , . & | = ! ' \" ; [ ] { } : @ \\ % # $ 1 0.5 1e9 1e-400 "
+        "1e400 lock blades verdict rotor exponent_1 exponent_1_re 'LOCK' 'STABLE' \"Lynx\" abs min isnan sqrt inf nan "
+        "__import__ eval exec lambda None True \n \t \0 é ∞ 🚁 \u202e"
+    ).split(" ")
+    letters = "()'\"<>=!&|+-*/., abcelkox0129_\n\té\0"
+    good = list(expressions(100, seed=5))
+    accepted = 0
+    for case in range(4000):
+        if case % 4 == 0:
+            text = "".join(r.choice(letters) for _ in range(r.randrange(20)))
+        elif case % 4 == 3:
+            text = list(r.choice(good))
+            for _ in range(r.randrange(1, 4)):
+                text[r.randrange(len(text))] = r.choice([*tokens, *[" "] * 40])
+            text = "".join(text)
+        else:
+            text = r.choice(["", " "]).join(r.choice(tokens) for _ in range(r.randrange(1, 12)))
+        try:
+            answer = holds(text, table)
+        except QueryError as e:
+            assert 0 < e.column <= len(text) + 1 and "\n" not in str(e)
+        else:
+            accepted += 1
+            assert answer.shape == (8,) and answer.dtype == bool
+    assert 50 < accepted < 3900
+
+
+# --- skipping chunks --------------------------------------------------------------------------------------------------
+
+
+def _narrow(seed: int) -> dict[str, Any]:
+    """Chunks of 8 rows whose ranges are narrow, so that skipping has something to skip."""
+    g = np.random.default_rng(seed)
+    table = points(8, seed)
+    for name, values in table.items():
+        if values.dtype.kind == "f":
+            values[:] = g.integers(-8, 9) / 4 + g.choice([0, 0.25, 0.5], 8) * g.integers(0, 2)
+            values[g.random(8) < g.choice([0, 0, 0.3, 1], p=[0.6, 0.1, 0.2, 0.1])] = np.nan
+            values[g.random(8) < g.choice([0, 0.2], p=[0.8, 0.2])] = g.choice([np.inf, -np.inf, 0.0, -0.0])
+        elif name != "exponent_1":
+            values[:] = values[0] + (g.random(8) < 0.2) * (values[0] < 2)
+    return table
+
+
+@pytest.mark.parametrize("style", ["past nan", "nan wins", "nothing stored"])
+def test_a_skipped_chunk_holds_no_row(style: str) -> None:
+    skipped = empty = 0
+    chunks = [_narrow(seed) for seed in range(12)]
+    for text in expressions(350, seed=13):
+        predicate = compile_expression(text, SCOPE)
+        for table in chunks:
+            real = {
+                n + p: v for n, c in table.items() if c.dtype.kind == "c" for p, v in (("_re", c.real), ("_im", c.imag))
+            }
+            full = {**table, **real}
+            minima, maxima = _ranges(full)
+            if style == "nan wins":
+                minima, maxima = ({n: f(v) for n, v in full.items() if v.dtype.kind != "c"} for f in (np.min, np.max))
+            elif style == "nothing stored":
+                minima, maxima = {}, {}
+            some = predicate.holds(full, 8).any()
+            skip = predicate.skip(minima, maxima)
+            assert not (skip and some), (text, minima, maxima)
+            skipped, empty = skipped + skip, empty + (not some)
+    share = {"past nan": 0.6, "nan wins": 0.5, "nothing stored": 0.02}[style]
+    assert skipped > share * empty, (skipped, empty)
+
+
+def test_intervals_bound_every_operation() -> None:
+    """Random intervals, infinite and zero ends too: every value of an operation lies inside, nan only if announced."""
+    g = np.random.default_rng(17)
+    ends = np.array([-np.inf, -1e308, -3.5, -1.0, -1e-310, 0.0, 5e-324, 0.1, 1.0, 2.0, 7.0, 1e200, np.inf])
+    exponents = (0.0, 1.0, 2.0, 3.0, -1.0, -2.0, 0.5, -0.5, 1e3, np.inf, -np.inf, 2.5)
+    powers = [query.Operation(lambda x, e=e: np.power(x, e), lambda a, e=e: query._power(a, e), 1) for e in exponents]
+    operations = [*query.ARITHMETIC.values(), *query.COMPARISONS.values(), *query.FUNCTIONS.values(), *powers]
+
+    def draw() -> tuple[Interval, Any]:
+        low, high = np.sort(g.choice(ends, 2) if g.random() < 0.7 else g.choice(ends, 1).repeat(2))
+        inside = np.clip(np.concatenate([[low, high], g.normal(0, 3, 8), ends]), low, high)
+        inside = np.where((inside == 0) & (g.random(inside.size) < 0.5), -inside, inside)
+        nan = bool(g.random() < 0.3)
+        return Interval(low, high, nan), np.append(inside, np.nan) if nan else inside
+
+    with np.errstate(all="ignore"):
+        for _ in range(400):
+            a, x = draw()
+            b, y = draw() if g.random() < 0.7 else (a, x)
+            x, y = (v.ravel() for v in np.meshgrid(x, y))
+            for operation in operations:
+                two = operation.least == 2
+                found = operation.bounds(*(a, b)[: 1 + two])
+                value = np.asarray(operation.value(*(x, y)[: 1 + two]), dtype=float)
+                known = value[~np.isnan(value)]
+                assert ((found.low <= known) & (known <= found.high)).all(), (operation, a, b, found)
+                assert found.nan or known.size == value.size, (operation, a, b, found)
+
+
+def test_bounds_are_tight_at_their_ends() -> None:
+    """One chunk, rotor and lock from 2 to 3 (rotor an integer, so never nan): what is skipped, what is not."""
+    for text, skipped in {
+        "rotor < 2": True,
+        "rotor <= 2": False,
+        "rotor > 3": True,
+        "rotor >= 3": False,
+        "rotor == 1": True,
+        "not rotor <= 3": True,
+        "not lock <= 3": False,
+        "not rotor < 3": False,
+        "rotor in (0, 1, 4)": True,
+        "rotor not in (2, 3)": False,
+        "rotor == 2 and rotor == 4": True,
+        "rotor == 2 or rotor == 4": False,
+        "rotor - 3 > 0 or 2 * rotor < 4 or -rotor > -2 or rotor / 2 > 1.5": True,
+        "isnan(rotor) or not isfinite(rotor) or isnan(sqrt(rotor))": True,
+        "isnan(lock)": False,
+        "rotor ** 2 < 3.999 or rotor ** -1 > 0.501 or abs(rotor - 3) > 1": True,
+        "min(rotor, 5) > 3 or max(rotor, 1) < 2": True,
+    }.items():
+        predicate = compile_expression(text, SCOPE)
+        assert predicate.skip({"rotor": 2, "lock": 2.0}, {"rotor": 3, "lock": 3.0}) is skipped, text
+    cube = query._power(Interval(2.0, 3.0), 3.0)
+    assert 8 - 1e-10 < cube.low < 8 - 1e-12 and 27 + 1e-12 < cube.high < 27 + 1e-10
+
+
+def test_skipping_reads_only_the_chunks_that_matter() -> None:
+    table = points(640)
+    table["advance_ratio"] = np.linspace(0, 1, 640)
+    file = FakeFile({"points": table})
+    found = Database("x", file).query("0.35 < advance_ratio < 0.45", columns=("advance_ratio", "lock"))
+    assert sorted({start for start, _ in file.read}) == [192, 256]
+    inside = (table["advance_ratio"] > 0.35) & (table["advance_ratio"] < 0.45)
+    np.testing.assert_array_equal(found["lock"], table["lock"][inside])
+
+
+# --- rows -------------------------------------------------------------------------------------------------------------
+
+
+def test_an_empty_expression_is_every_row(db: Database) -> None:
+    for text in ("", "  \n"):
+        found = db.query(text)
+        assert list(found) == [
+            "rotor", "rotor_name", "advance_ratio", "lock_number", "hinge_offset", "pitch_flap_coupling", "verdict",
+            "lock", "error_regressing", "error_coning",
+        ]  # fmt: skip
+        np.testing.assert_array_equal(found["advance_ratio"], points()["advance_ratio"])
+        assert found["rotor_name"].tolist() == [NAMES[i] for i in points()["rotor"]]
+
+
+def test_columns_are_those_asked_for_and_default_ones_grow_by_those_used(db: Database) -> None:
+    assert list(db.query("blades > 2 and exponent_1_re < 0", sort="error_coning"))[-2:] == ["blades", "exponent_1_re"]
+    everything = db.query("blades == 4", columns="*")
+    assert list(everything) == [*POINTS, "rotor_name"] == list(db.query("blades == 4", columns=("*", "rotor")))
+    chosen = points()["blades"] == 4
+    for name, values in points().items():
+        np.testing.assert_array_equal(everything[name], values[chosen])
+        assert everything[name].dtype == np.dtype(POINTS[name].dtype)
+    one = db.query("blades == 4", columns=["exponent_1_im", "exponent_1", "exponent_1_im"])
+    assert list(one) == ["exponent_1_im", "exponent_1"] and one["exponent_1"].dtype == complex
+    np.testing.assert_array_equal(one["exponent_1_im"], one["exponent_1"].imag)
+    assert list(db.query(columns="rotor_name")) == ["rotor_name"]
+
+
+def test_an_empty_answer_keeps_its_dtypes(db: Database) -> None:
+    for options in ({}, {"sort": "lock"}, {"sort": "lock", "limit": 3}, {"limit": 0}):
+        text = "" if options == {"limit": 0} else "blades > 100"
+        found = db.query(text, columns=("exponent_1", "verdict", "exponent_1_re", "rotor_name"), **options)  # type: ignore[arg-type]
+        assert [v.shape for v in found.values()] == [(0,)] * 4
+        assert [v.dtype for v in found.values()] == [complex, np.int8, float, object]
+    assert db.query("blades > 1", sort="lock", limit=0)["lock"].size == 0
+
+
+@pytest.mark.parametrize("descending", [False, True])
+@pytest.mark.parametrize("limit", [None, 1, 7, 63, 64, 200, 399, 1000])
+@pytest.mark.parametrize("sort", ["lock_number", "blades", "exponent_1_im", None])
+def test_sorted_and_limited_rows_are_those_of_a_stable_sort(
+    db: Database, sort: str | None, limit: int | None, descending: bool
+) -> None:
+    """Against Python's sort of all row numbers: ties in file order, nan last in both directions."""
+    table = points() | {"exponent_1_im": points()["exponent_1"].imag}
+    rows = [i for i in range(400) if table["blades"][i] != 3]
+    if sort is not None:
+        sign = -1 if descending else 1
+        rows.sort(
+            key=lambda i: (bool(np.isnan(table[sort][i])), 0 if np.isnan(table[sort][i]) else sign * table[sort][i])
+        )
+    found = db.query("blades != 3", columns=("rotor", "lock"), sort=sort, limit=limit, descending=descending)
+    for name in ("rotor", "lock"):
+        np.testing.assert_array_equal(found[name], table[name][rows[:limit]])
+
+
+def test_a_limit_without_sort_stops_reading() -> None:
+    file = FakeFile({"points": points(6400)})
+    assert Database("x", file).query("blades >= 2", limit=70)["rotor"].size == 70
+    assert max(start for start, _ in file.read) == 64
+    file.read.clear()
+    assert Database("x", file).query(limit=64)["rotor"].size == 64
+    assert [start for start, _ in file.read] == [0]
+    assert Database("x", file).query("blades >= 2", sort="lock", limit=0)["rotor"].size == 0 and len(file.read) == 1
+
+
+def test_rows_that_cannot_enter_the_best_are_not_read() -> None:
+    """Ties and nan come after the ten that are there: columns beside the key are read in the first chunk alone."""
+    for rest in (1.0, 2.0, np.nan):
+        table = points(640) | {"lock": np.r_[np.ones(64), np.full(576, rest)]}
+        file = FakeFile({"points": table})
+        found = Database("x", file).query("", columns=("rotor", "lock"), sort="lock", limit=10)
+        np.testing.assert_array_equal(found["rotor"], table["rotor"][:10])
+        assert [start for start, columns in file.read if "rotor" in columns] == [0]
+
+
+def test_untested_columns_are_read_only_where_rows_hold() -> None:
+    table = points(640)
+    table["lock_number"] = np.where(np.arange(640) == 300, 5.0, 1.0)
+    file = FakeFile({"points": table})
+    found = Database("x", file).query("lock_number * (1 + 0 * error_coning) == 5 or lock_number > 4", columns="*")
+    assert found["rotor"].tolist() == [table["rotor"][300]]
+    assert [start for start, columns in file.read if "rotor" in columns] == [256]
+
+
+def test_memory_is_that_of_a_chunk_and_the_answer() -> None:
+    """2 million rows in virtual chunks of 50 000 (0.4 MB a column): the ten smallest within 8 MB."""
+
+    class Endless(FakeFile):
+        def rows(self, table: str) -> int:
+            return 2_000_000
+
+        def chunks(self, table: str, columns: Any, start: int = 0, stop: int | None = None, skip: Any = None) -> Any:
+            for a in range(start, stop or self.rows(table), 50_000):
+                yield a, {name: np.sin(np.arange(a, a + 50_000)) for name in columns}
+
+    db = Database("x", Endless({"points": points(4)}))
+    db.query("lock > 1", limit=0)
+    gc.collect()
+    tracemalloc.start()
+    try:
+        found = db.query("abs(lock) > 0.5", sort="lock", limit=10, columns=("lock", "advance_ratio"))
+        peak = tracemalloc.get_traced_memory()[1]
+    finally:
+        tracemalloc.stop()
+    assert peak < 8e6
+    np.testing.assert_array_equal(found["lock"], np.sort(np.sin(np.arange(2_000_000)))[:10])
+
+
+def test_the_wrong_option_is_named(db: Database) -> None:
+    cases: list[tuple[dict[str, Any], str]] = [
+        ({"table": "point"}, "'point' is no table; this file has points, limits, did you mean 'points'?"),
+        ({"columns": ["lokc"]}, "'lokc' is no column of this table, did you mean 'lock'?"),
+        ({"columns": "x; y"}, "'x; y' is no column"),
+        ({"columns": []}, "no columns are asked for"),
+        ({"sort": "lock_numer"}, "did you mean 'lock_number'?"),
+        ({"sort": "exponent_1"}, "exponent_1 is complex; write exponent_1_re"),
+        ({"limit": -1}, "limit is a number of rows, 0 or more, and -1 was given"),
+        ({"limit": 1.5}, "1.5 was given"),
+        ({"limit": True}, "True was given"),
+    ]
+    for options, sentence in cases:
+        with pytest.raises(QueryError, match=re.escape(sentence)):
+            db.query("", **options)
+
+
+def test_the_table_of_limits(db: Database) -> None:
+    found = db.query("mode == 'regressing' and cause == \"LOCK\"", table="limits")
+    chosen = (limits()["mode"] == 0) & (limits()["cause"] == 2)
+    assert chosen.any() and list(found)[:3] == ["rotor", "rotor_name", "lock_number"] and "limit" in found
+    np.testing.assert_array_equal(found["limit"], limits()["limit"][chosen])
+    np.testing.assert_array_equal(db.limits("mode == 'regressing'", sort="limit", limit=1)["mode"], [0])
+
+
+def test_a_database_describes_itself_and_closes() -> None:
+    with Database("fake.h5", FakeFile({"points": points(9)})) as db:
+        assert db.rows() == 9 and db.names == NAMES and db.tables == ("points",) and db.path == "fake.h5"
+        assert db.attributes == {"title": "a database"} and list(db.columns()) == list(POINTS)
+        assert db.describe()[:2] == [("rotor", "1", "index of the rotor"), ("advance_ratio", "1", "advance ratio")]
+        assert repr(db) == "Database('fake.h5')"
+    db.close()
+    with pytest.raises(DatabaseError, match="the database is closed; open it again"):
+        db.query("lock > 1")
+
+
+def test_rotors_without_names() -> None:
+    db = Database("x", FakeFile({"points": points(20)}, names=()))
+    assert "rotor_name" not in db.query()
+    for columns in ("*", ("rotor_name",)):
+        assert db.query(columns=columns)["rotor_name"].tolist() == [""] * 20
+    table = points(20)
+    table["rotor"][:2] = -2, -1
+    short = Database("x", FakeFile({"points": table}, names=("A",))).query(columns=("rotor", "rotor_name"))
+    assert all((name == "A") == (i == 0) and name in ("A", "") for i, name in zip(*short.values(), strict=True))
+
+
+def test_a_predicate_without_a_tree_skips_nothing() -> None:
+    assert not Predicate(scope=SCOPE).skip({}, {})
+
+
+# --- docs/query.md: every example runs --------------------------------------------------------------------------------
+
+PAGE = (ROOT / "docs" / "query.md").read_text(encoding="utf-8")
+
+
+def fenced(kind: str) -> list[str]:
+    return re.findall(rf"^```{kind}\n(.*?)^```$", PAGE, flags=re.M | re.S)
+
+
+def test_the_expressions_of_the_page_run_and_find_rows(db: Database) -> None:
+    lines = [line for block in fenced("text") for line in block.splitlines()]
+    assert len(lines) >= 10
+    for line in lines:
+        table = "limits" if line.startswith("mode") else "points"
+        found = db.query(line.split("  #")[0], table=table)
+        assert len(found["rotor"]) > 0, line
+
+
+def test_the_python_of_the_page_runs(monkeypatch: pytest.MonkeyPatch) -> None:
+    file = FakeFile({"points": points(), "limits": limits()})
+    monkeypatch.setattr("floquet.open_database", lambda path: Database(path, file))
+    (block,) = fenced("py")
+    exec(block, {})
+
+
+def test_the_commands_of_the_page_run(db: Database) -> None:
+    commands = [shlex.split(line) for block in fenced("sh") for line in block.splitlines()]
+    assert commands
+    for program, verb, _, expression, *options in commands:
+        assert (program, verb) == ("floquet", "query")
+        given = dict(zip(options[::2], options[1::2], strict=True))
+        columns, limit = given.get("--columns"), int(given.get("--limit", 5))
+        found = db.query(expression, columns=columns and columns.split(","), sort=given.get("--sort"), limit=limit)
+        assert 0 < len(found["rotor"]) <= limit
+
+
+def test_the_refusals_of_the_page_are_what_is_said() -> None:
+    (block,) = fenced("refused")
+    lines = block.splitlines()
+    assert len(lines) >= 6 and len(lines) % 2 == 0
+    for text, said in zip(lines[::2], lines[1::2], strict=True):
+        with pytest.raises(QueryError) as e:
+            compile_expression(text, SCOPE)
+        caret, sentence = said.index("^"), said[said.index("^") + 1 :].strip()
+        assert e.value.column == caret + 1 and str(e.value).endswith(": " + sentence), text
+
+
+def test_the_page_names_every_function_and_operator() -> None:
+    for word in [
+        *query.FUNCTIONS,
+        *query.COMPARISONS,
+        *query.KEYWORDS,
+        "**",
+        "inf",
+        f"{query.MAX_LENGTH:_}".replace("_", " "),
+    ]:
+        assert word in PAGE
