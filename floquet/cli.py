@@ -57,8 +57,8 @@ class Word(click.Choice[str]):
         try:
             return super().convert(value, param, ctx)
         except click.BadParameter as error:
-            near = did_you_mean(str(value).lower(), [str(word) for word in self.choices])
-            error.message = error.message.rstrip(".") + (near or ".")
+            if near := did_you_mean(str(value).lower(), [str(word) for word in self.choices]):
+                self.fail(error.message.rstrip(".") + near, param, ctx)
             raise
 
 
@@ -85,7 +85,6 @@ physics_flags = options(
     click.option("--reversed-flow", is_flag=True, help="Lift reverses where the blade is flown over from behind."),
     click.option("--tip-loss", type=float, default=None, help="No lift outboard of this fraction of the radius."),
     click.option("--kinematic-rates", is_flag=True, help="(1 + m) in the columns of body angular acceleration."),
-    click.option("--harmonics", type=int, default=None, help="Harmonics of the simple model (1: tip-path plane)."),
 )
 tolerance_flags = options(
     click.option("--tolerance", type=float, default=0.05, show_default=True, help="Error at which a mode fails."),
@@ -100,7 +99,7 @@ output_flags = options(
 workers_flag = click.option("--workers", type=int, default=None, help="Processes (left out: one for each processor).")
 output_file = click.option("-o", "--output", required=True, help="File to write.")
 
-PHYSICS = ("model", "exact_offset", "reversed_flow", "tip_loss", "kinematic_rates", "harmonics")
+PHYSICS = ("model", "exact_offset", "reversed_flow", "tip_loss", "kinematic_rates")
 
 
 @click.group(context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 110})
@@ -119,16 +118,16 @@ def given(values: Mapping[str, Any], names: Sequence[str]) -> dict[str, Any]:
 
 def rotor_of(file: str | None, values: Mapping[str, Any]) -> Rotor:
     """A rotor from its file and the flags that override it."""
-    from floquet.rotor import Rotor, load_rotor
+    from floquet import rotor as rotors
 
     changes = given(values, [name for name, *_ in ROTOR_FLAGS] + ["hub"])
     if file is not None:
-        return load_rotor(file).replace(**changes)
+        return rotors.load_rotor(file).replace(**changes)
     if "lock_number" not in changes:
         raise ParameterError("lock_number", None, "no rotor was given: name a rotor file, or give --lock-number 8")
     if changes.get("hub") == "teetering":
         changes.setdefault("blades", 2)
-    return Rotor(**changes)
+    return rotors.Rotor(**changes)
 
 
 def show(style: str | None, records: Any, text: Callable[[], str], rows: Callable[[], Any] | None = None) -> None:
@@ -136,11 +135,20 @@ def show(style: str | None, records: Any, text: Callable[[], str], rows: Callabl
     from floquet import report
 
     if style == "json":
-        click.echo(report.as_json(records))
+        answer(report.as_json(records))
     elif style == "csv":
-        click.echo(report.as_csv(records if rows is None else rows()))
+        answer(report.as_csv(records if rows is None else rows()))
     else:
-        click.echo(text())
+        answer(text())
+
+
+def answer(text: str) -> None:
+    """Results go to stdout; a reader that has left wants no more of them, and click would call that a failure."""
+    try:
+        click.echo(text)
+    except BrokenPipeError:
+        _abandon_output()
+        raise click.exceptions.Exit(0) from None
 
 
 def say(sentence: str) -> None:
@@ -187,6 +195,7 @@ def rotor(file: str | None, style: str | None, **values: Any) -> None:
 @command.command()
 @click.argument("file", required=False)
 @click.option("--advance-ratio", type=float, required=True, help="μ = V cos α/(ΩR).")
+@click.option("--harmonics", type=int, help="Harmonics of the simple model (left out: 1, the tip-path plane).")
 @rotor_flags
 @physics_flags
 @output_flags
@@ -196,9 +205,11 @@ def analyse(file: str | None, advance_ratio: float, style: str | None, **values:
     from floquet.comparison import compare
 
     one = rotor_of(file, values)
-    compared = compare(one, advance_ratio, **given(values, PHYSICS))
+    compared = compare(one, advance_ratio, **given(values, (*PHYSICS, "harmonics")))
     record = report.analysis(one, advance_ratio, compared)
-    show(style, record, lambda: report.analysis_text(one, advance_ratio, compared), lambda: record["modes"])
+    show(
+        style, record, lambda: report.analysis_text(one, advance_ratio, compared), lambda: report.analysis_rows(record)
+    )
 
 
 @command.command()
@@ -221,7 +232,8 @@ def validity(
         _stored_validity(files, stored, style)
         return
     rotors = [rotor_of(file, values) for file in files or [None]]
-    settings = {"tolerance": tolerance, "metric": metric, "modes": modes, "mu_max": mu_max} | given(values, PHYSICS)
+    settings: dict[str, Any] = {"tolerance": tolerance, "metric": metric, "modes": modes, "mu_max": mu_max}
+    settings |= given(values, PHYSICS)
     if advance_ratio is None:
         _limits(rotors, style, **settings)
     else:
@@ -250,7 +262,7 @@ def _limits(rotors: Sequence[Rotor], style: str | None, *, tolerance: float, met
         for i, one in enumerate(rotors):
             done(i, len(rotors))
             found = limits(one, tolerances=((Metric[metric.upper()], tolerance),), modes=modes or None, **settings)
-            records += report.limit_records(one, found, settings["mu_max"])
+            records += report.limit_records(one, found)
     show(style, records, lambda: report.limit_table(records))
 
 
@@ -273,7 +285,7 @@ def _verdicts(rotors: Sequence[Rotor], advance_ratio: float, style: str | None, 
 def main(arguments: Sequence[str] | None = None) -> NoReturn:
     """Run the command line and exit with its status."""
     warnings.showwarning = _show_warning
-    warnings.simplefilter("always", FloquetWarning)
+    warnings.simplefilter("once", FloquetWarning)
     for stream in (sys.stdout, sys.stderr):
         if hasattr(stream, "reconfigure"):
             stream.reconfigure(errors="replace")
@@ -310,10 +322,7 @@ def _fail(sentence: str, status: int) -> int:
 
 
 def _operating_system(error: OSError) -> int:
-    """A closed pipe is silent; other trouble of the system is one sentence."""
-    if error.errno == errno.EPIPE:
-        _abandon_output()
-        return 0
+    """Trouble of the system is one sentence."""
     _abandon_output()
     where = f"{error.filename}: " if error.filename else ""
     way_out = "; make room and run the command again" if error.errno == errno.ENOSPC else ""

@@ -22,22 +22,24 @@ from typing import Any
 
 import numpy as np
 
-from floquet.comparison import Comparison, Metric, ModeComparison, Rule, compare
+from floquet.comparison import Cause, Comparison, Metric, ModeComparison, Rule, compare, exact_model
 from floquet.exponents import Reason, Verdict
 from floquet.period_map import Method
 from floquet.query import Database
 from floquet.rotor import PARAMETERS, Hub, Rotor
-from floquet.validity import Cause, Limit, limits
+from floquet.validity import Limit, limits
 
 __all__ = [
-    "NO_INFLOW", "ModeVerdict", "RotorVerdict", "analysis", "analysis_text", "as_csv", "as_json", "limit_records",
-    "limit_table", "rotor_object", "rotor_records", "rotor_text", "stored_limits", "table", "verdict",
+    "NO_INFLOW", "ModeVerdict", "RotorVerdict", "analysis", "analysis_rows", "analysis_text", "as_csv", "as_json",
+    "limit_records", "limit_table", "rotor_object", "rotor_records", "rotor_text", "stored_limits", "table", "verdict",
     "verdict_records", "verdict_text", "worded",
 ]  # fmt: skip
 
 Record = dict[str, Any]
 
 NO_INFLOW = "Dynamic inflow is not in the model; it matters most for the low-frequency regressing mode."
+KNOT = 1852.0 / 3600.0  # m/s
+FINER = (2, 3, 4)  # harmonics of the averaged models that are tried where the tip-path plane fails
 CAUSES = {
     Cause.NONE: "the models agree",
     Cause.DRIFT: "both pairs are complex and have drifted apart, for the simple model averages the periodic terms away",
@@ -82,7 +84,7 @@ def plain(value: Any) -> Any:
 def _word(name: str, value: Any) -> Any:
     """The enum of a field that is stored as an integer."""
     kind = _WORDS.get(name)
-    return kind(value) if kind is not None and isinstance(value, int | np.integer) else value
+    return kind(int(value)) if kind is not None and isinstance(value, int | np.integer) else value
 
 
 def _name(name: str, value: Any) -> str:
@@ -239,11 +241,18 @@ def analysis(rotor: Rotor, advance_ratio: float, comparison: Comparison) -> Reco
 
 
 def mode_record(mode: ModeComparison, rotor_speed: float | None) -> Record:
-    record = {f.name: getattr(mode, f.name) for f in dataclasses.fields(mode)}
+    record = {f.name: getattr(mode, f.name) for f in dataclasses.fields(mode)} | {"error": mode.error}
     if rotor_speed:
         record["frequency_hz"] = [abs(complex(s).imag) * rotor_speed / math.tau for s in mode.exact]
         record["time_to_half"] = [time_to_half(complex(s).real, rotor_speed) for s in mode.exact]
     return record
+
+
+def analysis_rows(record: Mapping[str, Any]) -> list[Record]:
+    """The modes of an analysis for a flat table: a column for every metric."""
+    errors = [{f"error_{metric.name.lower()}": mode["errors"][metric] for metric in Metric} for mode in record["modes"]]
+    rest = [{k: v for k, v in mode.items() if k not in ("error", "errors")} for mode in record["modes"]]
+    return [{"advance_ratio": record["advance_ratio"]} | r | e for r, e in zip(rest, errors, strict=True)]
 
 
 def time_to_half(sigma: float, rotor_speed: float) -> float:
@@ -289,11 +298,11 @@ def verdict_word(stability: Any) -> str:
 # Limits: rotor × mode.
 
 
-def limit_records(rotor: Rotor, found: Iterable[Limit], mu_max: float) -> list[Record]:
+def limit_records(rotor: Rotor, found: Iterable[Limit]) -> list[Record]:
     """The limits of one rotor with the parameters a table needs beside them."""
     about = {
         "rotor": rotor.name, "blades": rotor.blades, "lock_number": rotor.lock_number,
-        "flap_frequency": rotor.flap_frequency, "mu_max": mu_max,
+        "flap_frequency": rotor.flap_frequency,
     }  # fmt: skip
     return [about | {f.name: getattr(one, f.name) for f in dataclasses.fields(one)} for one in found]
 
@@ -307,7 +316,7 @@ def limit_table(records: Sequence[Mapping[str, Any]]) -> str:
     before: tuple[str, ...] = ()
     for r in records:
         gamma, frequency = float(r["lock_number"]), float(r["flap_frequency"])
-        about = (r["rotor"], str(r["blades"]), number(gamma, 4), number(frequency, 4))
+        about = (r["rotor"] or "-", str(r["blades"]), number(gamma, 4), number(frequency, 4))
         limit = f"> {number(r['mu_max'])}" if math.isinf(r["limit"]) else number(r["limit"], 4)
         edges = [number(r["lock_edge"], 4), number(r["split_edge"], 4)]
         failing = [intervals_text(r["intervals"]), _cause(r), *edges]
@@ -332,13 +341,14 @@ def _tolerance(record: Mapping[str, Any]) -> str:
 def stored_limits(database: Database) -> list[Record]:
     """The rows of a database's ``limits`` table as the records of ``limit_records``."""
     rows = worded(database.limits(columns="*"), database.columns("limits"))
-    about = ("blades", "lock_number", "flap_frequency", "mu_max")
+    about = ("blades", "lock_number", "flap_frequency")
     fields = [f.name for f in dataclasses.fields(Limit) if f.name != "intervals"]
     out = []
     for i, count in enumerate(rows["intervals"]):
         record = {"rotor": rows["rotor_name"][i]} | {name: rows[name][i] for name in (*about, *fields)}
-        pairs = [(f"interval_{k}_start", f"interval_{k}_end") for k in range(1, int(count) + 1)]
-        out.append(record | {"intervals": tuple((rows[start][i], rows[end][i]) for start, end in pairs)})
+        pairs = [(f"interval_{k}_start", f"interval_{k}_end") for k in range(1, count + 1)]
+        kept = [(rows[start][i], rows[end][i]) for start, end in pairs if start in rows]
+        out.append(record | {"intervals": tuple(kept)})
     return out
 
 
@@ -356,7 +366,10 @@ def worded(rows: Mapping[str, Any], columns: Mapping[str, Any]) -> dict[str, lis
 
 @dataclasses.dataclass(frozen=True)
 class ModeVerdict:
-    """Whether the simple model holds for a mode at one μ; ``harmonics`` of an averaged model that does, or 0."""
+    """Whether the simple model holds for a mode at one μ.
+
+    ``harmonics`` of the averaged model that holds where this one does not; 0 if none does, None if none was tried.
+    """
 
     mode: str
     valid: bool
@@ -364,7 +377,7 @@ class ModeVerdict:
     cause: Cause
     lock: float
     limit: Limit
-    harmonics: int
+    harmonics: int | None
     harmonics_error: float
 
 
@@ -376,37 +389,31 @@ class RotorVerdict:
     advance_ratio: float
     tolerance: float
     metric: Metric
-    mu_max: float
     comparison: Comparison
     modes: tuple[ModeVerdict, ...]
 
 
 def verdict(
     rotor: Rotor, advance_ratio: float, *, tolerance: float = 0.05, metric: Metric = Metric.RELATIVE,
-    modes: Sequence[str] | None = None, mu_max: float = 1.0, harmonics: int = 1, **options: Any,
+    modes: Sequence[str] | None = None, mu_max: float = 1.0, **options: Any,
 ) -> RotorVerdict:  # fmt: skip
     """Compare at one advance ratio, and put each mode's limit and a model that holds beside it."""
-    mu_max = max(mu_max, advance_ratio)
-    comparison = compare(rotor, advance_ratio, harmonics=harmonics, **options)
-    found = limits(
-        rotor, tolerances=((metric, tolerance),), modes=modes, mu_max=mu_max, harmonics=harmonics, **options
-    )  # fmt: skip
-    failing = any(not comparison[one.mode].errors[metric] <= tolerance for one in found)
-    finer = range(harmonics + 1, harmonics + 4) if failing and rotor.hub is not Hub.TEETERING else ()
+    comparison = compare(rotor, advance_ratio, **options)
+    sought = max(mu_max, advance_ratio)
+    found = limits(rotor, tolerances=((metric, tolerance),), modes=modes, mu_max=sought, **options)
+    failing = any(not comparison[one.mode].by(metric) <= tolerance for one in found)
+    finer = FINER if failing and exact_model(rotor, options.get("model")) == "flapping" else ()
     better = {m: compare(rotor, advance_ratio, harmonics=m, **options) for m in finer}
-    judged = tuple(_judge(comparison[one.mode], one, better, tolerance, metric) for one in found)
-    return RotorVerdict(rotor, advance_ratio, tolerance, metric, mu_max, comparison, judged)
+    judged = tuple(_judge(comparison[one.mode], one, better) for one in found)
+    return RotorVerdict(rotor, advance_ratio, tolerance, metric, comparison, judged)
 
 
-def _judge(
-    mode: ModeComparison, limit: Limit, better: Mapping[int, Comparison], tolerance: float, metric: Metric
-) -> ModeVerdict:
-    error = float(mode.errors[metric])
-    valid = error <= tolerance
-    holds = {m: float(c[mode.name].errors[metric]) for m, c in better.items()}
-    harmonics = 0 if valid else next((m for m, e in holds.items() if e <= tolerance), 0)
-    cause, lock = Cause(mode.cause), float(mode.lock)
-    return ModeVerdict(mode.name, valid, error, cause, lock, limit, harmonics, holds.get(harmonics, math.nan))
+def _judge(mode: ModeComparison, limit: Limit, better: Mapping[int, Comparison]) -> ModeVerdict:
+    error = float(mode.by(limit.metric))
+    valid = error <= limit.tolerance
+    holds = {m: float(c[mode.name].by(limit.metric)) for m, c in better.items()}
+    first = None if valid or not holds else next((m for m, e in holds.items() if e <= limit.tolerance), 0)
+    return ModeVerdict(mode.name, valid, error, mode.cause, mode.lock, limit, first, holds.get(first or 0, math.nan))
 
 
 def verdict_records(answer: RotorVerdict) -> list[Record]:
@@ -415,10 +422,10 @@ def verdict_records(answer: RotorVerdict) -> list[Record]:
     for one in answer.modes:
         here = {
             "advance_ratio": answer.advance_ratio, "mode": one.mode, "valid": one.valid, "error": one.error,
-            "cause_here": one.cause, "lock_here": one.lock, "harmonics": one.harmonics or None,
+            "cause_here": one.cause, "lock_here": one.lock, "harmonics": one.harmonics,
             "harmonics_error": one.harmonics_error, "verdict": Verdict(answer.comparison.stability.verdict),
         }  # fmt: skip
-        out.append(here | limit_records(answer.rotor, [one.limit], answer.mu_max)[0] | {"note": NO_INFLOW})
+        out.append(here | limit_records(answer.rotor, [one.limit])[0] | {"note": NO_INFLOW})
     return out
 
 
@@ -430,10 +437,17 @@ def verdict_text(answer: RotorVerdict) -> str:
     holds = f"does not hold for {_listed(failing)}" if failing else "holds for every mode"
     tolerance = _tolerance({"tolerance": answer.tolerance, "metric": answer.metric})
     head = (
-        f"{title(answer.rotor)} at advance ratio {number(answer.advance_ratio)}: the simple model {holds} "
+        f"{title(answer.rotor)} at advance ratio {number(answer.advance_ratio)}"
+        f"{_speed(answer.rotor, answer.advance_ratio)}: the simple model {holds} "
         f"(tolerance {tolerance}); by the Floquet exponents the flapping is {state}."
     )
     return "\n".join([head, *(f"  {_sentence(one)}" for one in answer.modes), NO_INFLOW])
+
+
+def _speed(rotor: Rotor, advance_ratio: float) -> str:
+    if not (rotor.rotor_speed and rotor.radius):
+        return ""
+    return f" ({advance_ratio * rotor.rotor_speed * rotor.radius / KNOT:.0f} knots with the disc level)"
 
 
 def _sentence(one: ModeVerdict) -> str:
@@ -455,7 +469,8 @@ def _instead(one: ModeVerdict, metric: Metric) -> str:
     if one.harmonics:
         error = amount(one.harmonics_error, metric)
         return f"use the Floquet exponents, or the averaged model with {one.harmonics} harmonics (error {error})"
-    return "use the Floquet exponents, for no averaged model of a few harmonics holds either"
+    tried = "" if one.harmonics is None else ", for no averaged model of a few harmonics holds either"
+    return f"use the Floquet exponents{tried}"
 
 
 def _listed(words: Sequence[str]) -> str:

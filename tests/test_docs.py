@@ -1,0 +1,105 @@
+"""The documentation is true: examples run and give what they say, links lead somewhere, nothing public is left out.
+
+A ``python`` block runs as doctests, or as a plain script if it has no prompts; the blocks of a page share their names.
+In a ``console`` block every ``$ floquet …`` line runs, and what follows is what it prints (``...`` is anything).
+"""
+
+from __future__ import annotations
+
+import doctest
+import os
+import re
+import shlex
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+import floquet
+from floquet.cli import command
+
+ROOT = Path(__file__).resolve().parent.parent
+PAGES = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted((ROOT / "docs").rglob("*.md"))]
+TEXT = "\n".join(page.read_text(encoding="utf-8") for page in PAGES)
+FENCE = re.compile(r"^```(\w+)\n(.*?)^```", re.MULTILINE | re.DOTALL)
+LINK = re.compile(r"\]\((?!https?:|mailto:|#)([^)#\s]+)")
+OPTIONS = doctest.ELLIPSIS | doctest.NORMALIZE_WHITESPACE
+
+
+def blocks(page: Path, language: str) -> list[str]:
+    found = FENCE.findall(page.read_text(encoding="utf-8"))
+    return [body for word, body in found if word == language]
+
+
+def with_blocks(language: str) -> list[Path]:
+    return [page for page in PAGES if blocks(page, language)]
+
+
+def named(page: Path) -> str:
+    return str(page.relative_to(ROOT))
+
+
+@pytest.fixture
+def checkout(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """A folder that looks like the checkout, where examples may write."""
+    for name in ("data", "studies"):
+        (tmp_path / name).symlink_to(ROOT / name)
+    (tmp_path / "results").mkdir()
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+@pytest.mark.parametrize("page", with_blocks("python"), ids=named)
+def test_python_examples(page: Path, checkout: Path) -> None:
+    names: dict[str, object] = {"__name__": "__main__"}
+    runner = doctest.DocTestRunner(optionflags=OPTIONS, verbose=False)
+    for i, body in enumerate(blocks(page, "python")):
+        if ">>>" not in body:
+            exec(compile(body, f"{page.name} example {i}", "exec"), names)
+            continue
+        test = doctest.DocTestParser().get_doctest(body, names, f"{page.name}[{i}]", str(page), 0)
+        output: list[str] = []
+        failed, _ = runner.run(test, out=output.append, clear_globs=False)
+        names = test.globs
+        assert not failed, "".join(output)
+
+
+@pytest.mark.parametrize("page", with_blocks("console"), ids=named)
+def test_console_examples(page: Path, checkout: Path) -> None:
+    environment = {**os.environ, "PYTHONPATH": str(ROOT), "PYTHONIOENCODING": "utf-8"}
+    for body in blocks(page, "console"):
+        for example in re.split(r"^\$ ", body, flags=re.MULTILINE)[1:]:
+            line, _, expected = example.partition("\n")
+            words = shlex.split(line)
+            assert words[0] == "floquet", f"a console example runs floquet, not {words[0]}: use a sh block"
+            done = subprocess.run(
+                [sys.executable, "-m", *words], env=environment, capture_output=True, text=True, encoding="utf-8"
+            )
+            assert done.returncode == 0, f"{line}: {done.stderr}"
+            same = doctest.OutputChecker().check_output(expected.rstrip() + "\n", done.stdout.rstrip() + "\n", OPTIONS)
+            assert same or not expected.strip(), f"{line} printed\n{done.stdout}\nand not\n{expected}"
+
+
+@pytest.mark.parametrize("page", PAGES, ids=named)
+def test_links_lead_somewhere(page: Path) -> None:
+    missing = [link for link in LINK.findall(page.read_text(encoding="utf-8")) if not (page.parent / link).exists()]
+    assert not missing
+
+
+@pytest.mark.parametrize("name", floquet.__all__)
+def test_public_name_is_documented(name: str) -> None:
+    assert re.search(rf"\b{name}\b", TEXT), f"{name} stands on no page"
+    assert getattr(floquet, name).__doc__
+
+
+@pytest.mark.parametrize("name", sorted(command.commands))
+def test_command_is_documented(name: str) -> None:
+    assert f"floquet {name}" in TEXT, f"floquet {name} stands on no page"
+    assert command.commands[name].help
+
+
+def test_changelog_and_citation_name_this_version() -> None:
+    changelog = (ROOT / "CHANGELOG.md").read_text(encoding="utf-8")
+    assert re.search(rf"^## {re.escape(floquet.__version__)}\b", changelog, re.MULTILINE)
+    assert f"\nversion: {floquet.__version__}\n" in (ROOT / "CITATION.cff").read_text(encoding="utf-8")
