@@ -105,7 +105,7 @@ def exponents(phi: PeriodMap) -> Stability:
 # ---------------------------------------------------------------------- one scalar equation
 def _of_hill(phi: PeriodMap) -> Stability:
     T, alpha, tau, D, b = phi.period, phi.mean, phi.half_trace, phi.discriminant, phi.discriminant_error
-    assert phi.hill is not None
+    assert phi.hill is not None and b is not None
     locked = D > b
     root = np.sqrt(np.where(locked, D, np.maximum(-D, 0.0)))
     growth = np.where(locked, np.arcsinh(root), 0.0) / T
@@ -123,7 +123,7 @@ def _of_hill(phi: PeriodMap) -> Stability:
 
 def rotation_number(phi: PeriodMap) -> Array:
     """ρ per radian: the fraction of a turn from Φ, its whole turns from the path."""
-    assert phi.hill is not None and phi.turns is not None
+    assert phi.hill is not None and phi.turns is not None and phi.discriminant_error is not None
     tau, D = phi.half_trace, phi.discriminant
     unlocked = -np.sign(phi.hill[:, 1, 0]) * np.sqrt(np.maximum(-D, 0.0))
     fraction = np.mod(np.arctan2(np.where(D > phi.discriminant_error, 0.0, unlocked), tau) / (2.0 * math.pi), 1.0)
@@ -136,14 +136,14 @@ def _hill_bound(phi: PeriodMap, root: Array) -> Array:
     Away from a branch point √D moves by at most b/(√D + √(D-b)) and νT by that over |τ| (asinh) or, between complex pairs,
     by the angle that τ and √-D span together.  Next to it both may lie on either side: √D + √(D+b), through asinh and asin.
     """
-    D, b, tau = phi.discriminant, phi.discriminant_error, np.abs(phi.half_trace)
+    D, b = phi.discriminant, phi.discriminant_error
+    assert b is not None and phi.half_trace_error is not None
     size = np.abs(D)
     away = size > b
     moved = b / (root + np.sqrt(np.maximum(size - b, 0.0)) + np.where(away, 0.0, 1.0))
     locked = moved / np.sqrt(1.0 + np.maximum(size - b, 0.0))
-    angle = np.hypot(moved, phi.errors)
+    angle = np.hypot(moved, phi.half_trace_error)
     near = np.sqrt(size) + np.sqrt(size + b)
-    assert tau.shape == size.shape
     return np.where(away, np.where(D > 0, locked, angle), 0.5 * math.pi * near)
 
 
