@@ -289,3 +289,17 @@ def test_bounds_hold_and_are_not_idle_on_many_blades() -> None:
     assert np.all(error <= bound)
     assert np.median(bound) < max(1e-13, 100 * np.median(error))
     assert bound[np.abs(D) > 1e-3].max() <= 1e-11
+
+
+@pytest.mark.parametrize("M", [[[0.5, 2.0], [0.1, 0.6]], [[0.5, 2.0], [-0.1, 0.6]], [[0.9, 5.0], [0.0, 1e-4]]], ids=["real", "complex", "clusters"])
+def test_bound_of_factors_covers_perturbations_and_is_not_ten_times_them(M: list[list[float]]) -> None:
+    """Move a one-factor map by its stated error in many directions: inside one cluster and across two."""
+    size, F = 1e-9, np.array([M])
+    phi = PeriodMap(method=Method.FACTORS, period=1.0, shape=(1,), mean=np.zeros(1), panels=np.ones(1, np.int32), factors=(F,), errors=(np.array([size]),))
+    found, rng, moved = exponents(phi).exponents[0], np.random.default_rng(11), np.zeros(2)
+    for delta in rng.normal(size=(1500, 2, 2)):
+        values = np.log(np.linalg.eigvals(F[0] + size * delta / np.linalg.norm(delta)).astype(complex))
+        d = np.abs(values[:, None] - found[None, :])
+        moved = np.maximum(moved, np.diag(d) if np.trace(d) < np.trace(d[::-1]) else np.diag(d[::-1]))
+    bounds = exponents(phi).exponent_errors[0]
+    assert np.all(moved <= bounds) and np.all(bounds <= 9.0 * moved), bounds / moved

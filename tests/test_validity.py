@@ -1,0 +1,178 @@
+"""Locks, onsets and limits against published transitions, Mathieu's characteristic values and brute force."""
+
+from __future__ import annotations
+
+import json
+import math
+from typing import Any
+
+import numpy as np
+import pytest
+from scipy.optimize import brentq
+from scipy.special import mathieu_a, mathieu_b
+
+from floquet.comparison import Cause, Metric, compare
+from floquet.errors import ParameterError
+from floquet.exponents import stability
+from floquet.models import flapping, tip_path_plane
+from floquet.rotor import Hub, Rotor
+from floquet.validity import instability_onset, limits, lock_windows, sign_changes, split_edges, validity_intervals, validity_limit
+from tests.support import REFERENCE
+
+FAMILIES: dict[str, dict[str, float]] = {
+    "fig6": {}, "fig7": {"hinge_offset": 0.15}, "fig8": {"hinge_stiffness": 0.225}, "fig9": {"pitch_flap_coupling": 0.225},
+    "K1=-0.2": {"pitch_flap_coupling": -0.2}, "K1=0.5": {"pitch_flap_coupling": 0.5},
+}  # fmt: skip
+
+
+def transitions() -> list[tuple[str, dict[str, Any]]]:
+    data: dict[str, Any] = json.loads((REFERENCE / "transitions.json").read_text())
+    return [(key, value) for key, value in data.items() if key != "meta"]
+
+
+def rotor_of(key: str) -> Rotor:
+    model, family, gamma = key.split(":")
+    hub = {"blades": 2, "hub": Hub.TEETERING} if model == "teeter" else {}
+    return Rotor(lock_number=float(gamma), **FAMILIES[family], **hub)  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize(("key", "expected"), transitions(), ids=[k for k, _ in transitions()])
+def test_transitions(key: str, expected: dict[str, Any]) -> None:
+    """Lock edges up to μ = 1 and onsets of growth, given to about 1e-12."""
+    rotor = rotor_of(key)
+    assert instability_onset(rotor) == pytest.approx(expected["instability_mu"], abs=1e-11)
+    if "edges" in expected:
+        windows = lock_windows(rotor)
+        found = sorted([(a, "enter", r) for a, _, r in windows if a > 0] + [(b, "leave", r) for _, b, r in windows if b < math.inf])
+        listed = sorted((e["mu"], e["type"], e["rho"]) for e in expected["edges"])
+        assert [f[1:] for f in found] == [e[1:] for e in listed]
+        np.testing.assert_allclose([f[0] for f in found], [e[0] for e in listed], atol=1e-11)
+
+
+@pytest.mark.parametrize(("gamma", "kappa", "K1"), [(6.0, 0.0, 0.0), (2.0, 0.0, 0.0), (10.0, 0.225, 0.1), (18.0, 0.0, 0.0)])
+def test_teetering_lock_edges_are_mathieus(gamma: float, kappa: float, K1: float) -> None:
+    """a(μ) = a_n(q) or b_n(q) with a, q of the damped Mathieu equation: no integration on that side."""
+
+    def a_q(mu: float) -> tuple[float, float]:
+        P2 = 1.0 + kappa + gamma * K1 / 8.0
+        return P2 + gamma * K1 * mu**2 / 8.0 - (gamma / 16.0) ** 2, gamma * mu**2 / 16.0 * math.sqrt(1.0 + K1**2)
+
+    edges, grid = [], np.linspace(1e-6, 1.5, 400)
+    for curve, orders in ((mathieu_a, (0, 1, 2)), (mathieu_b, (1, 2))):
+        for n in orders:
+            f = [a_q(m)[0] - curve(n, a_q(m)[1]) for m in grid]
+            for i in np.flatnonzero(np.sign(f[:-1]) != np.sign(f[1:])):
+                edges.append(brentq(lambda m, curve=curve, n=n: a_q(m)[0] - curve(n, a_q(m)[1]), grid[i], grid[i + 1], xtol=1e-14))
+    windows = lock_windows(Rotor(lock_number=gamma, hinge_stiffness=kappa, pitch_flap_coupling=K1, blades=2, hub=Hub.TEETERING), mu_max=1.5)
+    found = [x for a, b, _ in windows for x in (a, b) if 0 < x < math.inf]
+    np.testing.assert_allclose(sorted(found), sorted(edges), atol=1e-10)  # SciPy's characteristic values: 1e-12
+
+
+@pytest.mark.parametrize(("gamma", "limit"), [(6.0, 0.41798), (8.0, 0.35734), (10.0, 0.29228)])
+def test_regressing_limit_of_the_plain_rotor(gamma: float, limit: float) -> None:
+    assert validity_limit(Rotor(lock_number=gamma)) == pytest.approx(limit, abs=1e-5)
+
+
+def test_a_limit_inside_a_lock_says_so() -> None:
+    found = limits(Rotor(lock_number=12.0), modes=["regressing"])[0]
+    enter, _, per_rev = lock_windows(Rotor(lock_number=12.0))[0]
+    assert enter == pytest.approx(0.21438, abs=1e-5) and per_rev == 0.5
+    assert found.limit < enter and found.cause == Cause.DRIFT
+    assert compare(Rotor(lock_number=12.0), 0.3)["regressing"].lock == 0.5
+
+
+@pytest.mark.parametrize(("reversed_flow", "onset"), [(False, 1.39189), (True, 2.22823)])
+def test_growth_without_and_with_reversed_flow(reversed_flow: bool, onset: float) -> None:
+    assert instability_onset(Rotor(lock_number=8.0), reversed_flow=reversed_flow) == pytest.approx(onset, abs=5e-6)
+
+
+def test_onset_is_where_growth_begins() -> None:
+    for rotor, options in ((Rotor(lock_number=10.0, hinge_offset=0.1), {"exact_offset": True, "reversed_flow": True}), (Rotor(lock_number=5.0), {})):
+        onset = instability_onset(rotor, **options)
+        below, above = (np.max(stability(flapping(rotor, onset + d, **options)).exponents.real) for d in (-1e-6, 1e-6))  # type: ignore[arg-type]
+        assert below < 0 < above
+
+
+def test_divergence_in_hover_is_at_zero_and_calm_rotors_have_none() -> None:
+    assert instability_onset(Rotor(lock_number=12.0, pitch_flap_coupling=-1.0)) == 0.0
+    assert instability_onset(Rotor(lock_number=8.0), mu_max=1.0) == math.inf
+
+
+def test_locks_open_in_hover_and_at_the_end() -> None:
+    assert lock_windows(Rotor(lock_number=20.0))[0][0] == 0.0 and lock_windows(Rotor(lock_number=20.0))[0][2] == 0.0
+    assert lock_windows(Rotor(lock_number=8.0))[-1] == (pytest.approx(0.8268448695), math.inf, 1.0)
+    assert lock_windows(Rotor(lock_number=16.0))[0][0] > 0.0  # at γ = 16 hover is the branch point itself, not a lock
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_windows_against_a_fine_scan(seed: int) -> None:
+    """Every lock of a random design found on a grid of 1e-3 is a window, and nothing else is."""
+    rng = np.random.default_rng([10, seed])
+    rotor = Rotor(lock_number=rng.uniform(2, 20), hinge_offset=rng.uniform(0, 0.2), hinge_stiffness=rng.uniform(0, 0.8), pitch_flap_coupling=rng.uniform(-0.3, 0.5))
+    options: dict[str, Any] = {"reversed_flow": True, "exact_offset": True} if seed % 2 else {}
+    mu = np.linspace(0.0005, 1.9995, 2000)
+    lock = stability(flapping(rotor, mu, **options)).lock
+    inside = np.full(mu.shape, np.nan)
+    for a, b, rho in lock_windows(rotor, mu_max=2.0, **options):
+        inside[(mu > a) & (mu < b)] = rho
+    np.testing.assert_array_equal(np.isnan(lock), np.isnan(inside))
+    np.testing.assert_allclose(lock[~np.isnan(lock)], inside[~np.isnan(lock)])
+
+
+def test_intervals_against_a_fine_scan() -> None:
+    """Bo 105's coning fails between its crossings only; every sign of the scan agrees with the intervals."""
+    rotor = Rotor(lock_number=5.087, hinge_stiffness=0.24811494)
+    (start, end), *rest = validity_intervals(rotor, mode="coning")
+    assert not rest and start == pytest.approx(0.5518, abs=1e-4) and end == pytest.approx(0.5641, abs=1e-4)
+    mu = np.linspace(0.0003, 0.9997, 2500)
+    for mode in ("regressing", "coning", "advancing", "differential"):
+        for metric, tolerance in ((Metric.RELATIVE, 0.01), (Metric.ABSOLUTE, 0.02)):
+            error = compare(rotor, mu)[mode].by(metric)
+            failing = np.zeros(mu.shape, bool)
+            for a, b in validity_intervals(rotor, tolerance, mode, metric=metric):
+                failing |= (mu > a) & (mu < b)
+            np.testing.assert_array_equal(error > tolerance, failing)
+
+
+def test_the_limit_is_the_first_interval_and_its_error_the_tolerance() -> None:
+    rotor = Rotor(lock_number=9.374, hinge_stiffness=0.0516)
+    for found in limits(rotor, tolerances=[(Metric.RELATIVE, t) for t in (0.01, 0.05, 0.1)]):
+        assert found.limit == (found.intervals[0][0] if found.intervals else math.inf)
+        if found.limit < math.inf:
+            assert compare(rotor, found.limit)[found.mode].error == pytest.approx(found.tolerance, rel=1e-9)
+
+
+def test_splits_are_where_the_tpp_pairs_turn_real() -> None:
+    rotor = Rotor(lock_number=8.0, hinge_offset=0.15)
+    edges = split_edges(rotor)
+    assert edges
+    for edge in edges:
+        counts = [(np.abs(np.asarray(stability(tip_path_plane(rotor, edge + d)).exponents).imag) < 1e-9).sum() for d in (-1e-6, 1e-6)]
+        assert abs(counts[0] - counts[1]) == 2
+    found = limits(rotor, modes=["regressing"])[0]
+    assert found.split_edge == min(edges, key=lambda e: abs(e - found.limit))
+
+
+def test_sign_changes_finds_close_pairs_and_ends() -> None:
+    """Roots a millionth apart, a double root that does not cross, many roots."""
+    np.testing.assert_allclose(sign_changes(lambda x: (x - 0.5) * (x - 0.500001), 0.0, 1.0), [0.5, 0.500001], atol=1e-9)
+    assert sign_changes(lambda x: (x - 0.5) ** 2 + 1e-9, 0.0, 1.0) == []
+    np.testing.assert_allclose(sign_changes(lambda x: np.sin(40 * x + 0.1), 0.0, 1.0), (np.arange(1, 13) * math.pi - 0.1) / 40, atol=1e-12)
+
+
+def test_arrays_of_rotors() -> None:
+    rotors = Rotor(lock_number=np.array([[6.0, 8.0]]))
+    np.testing.assert_allclose(validity_limit(rotors), [[0.41798, 0.35734]], atol=1e-5)
+    assert [w[0][2] for w in lock_windows(rotors)] == [1.0, 1.0]
+
+
+@pytest.mark.parametrize(("call", "sentence"), [
+    (lambda: validity_limit(Rotor(lock_number=8.0), mode="regresive"), "did you mean 'regressing'"),
+    (lambda: validity_limit(Rotor(lock_number=8.0), tolerance=0.0), "is no tolerance"),
+    (lambda: validity_limit(Rotor(lock_number=8.0), mu_max=-1.0), "above 0"),
+    (lambda: limits(Rotor(lock_number=np.array([6.0, 8.0]))), "takes one rotor"),
+    (lambda: lock_windows(Rotor(lock_number=8.0), revesed_flow=True), "did you mean 'reversed_flow'"),
+])  # fmt: skip
+def test_bad_input_is_one_sentence(call, sentence: str) -> None:  # type: ignore[no-untyped-def]
+    with pytest.raises(ParameterError, match=sentence):
+        call()
