@@ -13,6 +13,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cache
+from typing import Any
 
 import numpy as np
 from numpy.polynomial import legendre
@@ -94,7 +95,7 @@ def first_order_panel(A: Array, h: Array, rule: Rule) -> Array:
     return np.eye(n) + _weighted(rule.weights, g)
 
 
-def _weighted(weights: Array, g: Array) -> Array:
+def _weighted(weights: Array, g: NDArray[Any]) -> Array:
     """Σ weights[j] g[:, j] one node after the other, so that a case's bits do not depend on its neighbours."""
     total = weights[0] * g[:, 0]
     for j in range(1, len(weights)):

@@ -1,20 +1,21 @@
 """The exact rotor against the constant-coefficient model, mode by mode.
 
-The blade's exponents are α ± iρ, or σ₁,₂ + iρ in a lock.  A simple model with M harmonics (M = 1: the tip-path plane) has a
-mode for every k from -M to M, which approximates the exponent seen in the non-rotating frame::
+The blade's exponents are α ± iρ, or σ₁,₂ + iρ in a lock.  A simple model with M harmonics (M = 1: the tip-path plane)
+has a mode for every k from -M to M, which approximates the exponent seen in the non-rotating frame::
 
     k = 0 coning    k = -1 regressing    k = +1 advancing    k = ∓n regressing-n, advancing-n
     no lock         σ ± i(ρ + k)                                                                       Rule.PAIRED
 
-In a lock at ρ, the set of all exponents contains, with frequency ρ + k, those of mode k and of its mirror k' = -2ρ - k::
+In a lock at ρ, the set of all exponents contains, with frequency ρ + k, those of mode k and of its mirror k' = -2ρ -
+k::
 
     k' = k          the two split exponents σ₁, σ₂, on the real axis                                   Rule.REALS
     k' a mode too   σ₁ ± i(ρ+k) and σ₂ ± i(ρ+k) are shared by the two modes                            Rule.JOINT
     k' no mode      no two modes of the simple model meet: compared with the mean (σ₁+σ₂)/2 ± i(ρ+k),
                     which is no exponent of the rotor                                                  Rule.MEAN
 
-All simple eigenvalues are assigned to all targets at the least total distance.  The error of a mode is the larger distance of
-its two, divided by the root mean square of its two targets.
+All simple eigenvalues are assigned to all targets at the least total distance.  The error of a mode is the larger
+distance of its two, divided by the root mean square of its two targets.
 """
 
 from __future__ import annotations
@@ -34,11 +35,23 @@ from .models.physics import advance_ratios
 from .periodic import PeriodicSystem
 from .rotor import Hub, Rotor
 
-__all__ = ["Cause", "Comparison", "Metric", "ModeComparison", "Model", "Rule", "compare", "exact_model", "mode_names", "simple_model"]
+__all__ = [
+    "Cause",
+    "Comparison",
+    "Metric",
+    "ModeComparison",
+    "Model",
+    "Rule",
+    "compare",
+    "exact_model",
+    "mode_names",
+    "simple_model",
+]
 
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
 Model = Literal["flapping", "teetering"]
+MODELS = ("flapping", "teetering")
 REAL = 1e-9  # two eigenvalues without imaginary parts above this are a split pair: the noise of a double root is √eps
 
 
@@ -74,7 +87,7 @@ class Cause(IntEnum):
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class ModeComparison:
-    """One mode: ``exact`` and ``simple`` (..., 2) paired; ``errors`` (..., 4) by :class:`Metric`; ``error`` is RELATIVE."""
+    """One mode: ``exact`` and ``simple`` (..., 2) paired, ``errors`` (..., 4) by :class:`Metric`."""
 
     name: str
     exact: Complex
@@ -107,11 +120,19 @@ class Comparison:
             if mode.name == name:
                 return mode
         known = [m.name for m in self.modes]
-        raise ParameterError("mode", name, f"{name!r} is not a mode of this rotor{did_you_mean(name, known)}; it has {', '.join(known)}")
+        raise ParameterError(
+            "mode", name, f"{name!r} is not a mode of this rotor{did_you_mean(name, known)}; it has {', '.join(known)}"
+        )
 
 
-def compare(rotor: Rotor, advance_ratio: ArrayLike, *, harmonics: int = 1, model: Model | None = None,
-            **options: Unpack[PhysicsKeywords]) -> Comparison:  # fmt: skip
+def compare(
+    rotor: Rotor,
+    advance_ratio: ArrayLike,
+    *,
+    harmonics: int = 1,
+    model: Model | None = None,
+    **options: Unpack[PhysicsKeywords],
+) -> Comparison:
     """Compare the exact exponents of a rotor with those of its constant-coefficient model.
 
     Parameters
@@ -128,8 +149,12 @@ def compare(rotor: Rotor, advance_ratio: ArrayLike, *, harmonics: int = 1, model
     kind = exact_model(rotor, model)
     mu = advance_ratios(advance_ratio)
     if kind == "flapping" and rotor.blades == 2:
-        warnings.warn("two blades: multiblade coordinates remove no periodicity, so the tip-path plane is not their average; the blade's exponents are exact",
-                      FloquetWarning, stacklevel=2)  # fmt: skip
+        warnings.warn(
+            "two blades: multiblade coordinates remove no periodicity, so the tip-path plane is not their average; "
+            "the exact exponents are the blade's all the same",
+            FloquetWarning,
+            stacklevel=2,
+        )
     exact = stability((teetering if kind == "teetering" else flapping)(rotor, mu, **options))
     simple = simple_model(rotor, mu, harmonics=harmonics, model=kind, **options)
     orders = mode_orders(harmonics, kind)
@@ -138,19 +163,31 @@ def compare(rotor: Rotor, advance_ratio: ArrayLike, *, harmonics: int = 1, model
 
 def exact_model(rotor: Rotor, model: str | None = None) -> Model:
     """The exact model's name: as asked, or after the hub."""
-    if model not in (None, "flapping", "teetering"):
-        raise ParameterError("model", model, f"{model!r} is not a model{did_you_mean(str(model), ['flapping', 'teetering'])}; give 'flapping' or 'teetering'")
+    if model is not None and model not in MODELS:
+        raise ParameterError(
+            "model",
+            model,
+            f"{model!r} is not a model{did_you_mean(str(model), MODELS)}; give 'flapping' or 'teetering'",
+        )
     if model is None:
         return "teetering" if rotor.hub == Hub.TEETERING else "flapping"
     return "teetering" if model == "teetering" else "flapping"
 
 
-def simple_model(rotor: Rotor, mu: Array, *, harmonics: int = 1, model: Model = "flapping", **options: Unpack[PhysicsKeywords]) -> PeriodicSystem:
+def simple_model(
+    rotor: Rotor, mu: Array, *, harmonics: int = 1, model: Model = "flapping", **options: Unpack[PhysicsKeywords]
+) -> PeriodicSystem:
     """The constant model: the tip-path plane, or with more harmonics the averaged one."""
     if model == "teetering":
         if harmonics != 1:
-            raise ParameterError("harmonics", harmonics, "the teetering rotor is compared with its tip-path plane, eq. (7), only: leave harmonics at 1")
-        return tip_path_plane(rotor if rotor.hub == Hub.TEETERING else rotor.replace(hub=Hub.TEETERING, blades=2), mu, **options)
+            raise ParameterError(
+                "harmonics",
+                harmonics,
+                "the teetering rotor is compared with its tip-path plane, eq. (7), only: leave harmonics at 1",
+            )
+        return tip_path_plane(
+            rotor if rotor.hub == Hub.TEETERING else rotor.replace(hub=Hub.TEETERING, blades=2), mu, **options
+        )
     if rotor.hub == Hub.TEETERING:
         rotor = rotor.replace(hub=Hub.ARTICULATED)
     return tip_path_plane(rotor, mu, **options) if harmonics == 1 else averaged(rotor, mu, harmonics, **options)
@@ -197,7 +234,9 @@ def differential(simple: PeriodicSystem, rotor: Rotor, model: Model) -> Complex 
 
 
 # ---------------------------------------------------------------------- targets and assignment
-def matched(exact: Stability, simple: Complex, orders: tuple[int, ...], differential: Complex | None = None) -> Comparison:
+def matched(
+    exact: Stability, simple: Complex, orders: tuple[int, ...], differential: Complex | None = None
+) -> Comparison:
     """Assign simple eigenvalues (..., 2·modes) to the exact targets of the modes ``orders``."""
     rho, lock = np.asarray(exact.rotation_number, float), np.asarray(exact.lock, float)
     eta = np.asarray(exact.exponents)
@@ -215,16 +254,22 @@ def matched(exact: Stability, simple: Complex, orders: tuple[int, ...], differen
     if differential is not None:
         target, rule = _targets(eta.real, rho, lock, 0, (0,))
         swap = np.abs(differential - target).sum(axis=-1) > np.abs(differential[..., ::-1] - target).sum(axis=-1)
-        modes.append(_mode("differential", target, np.where(swap[..., None], differential[..., ::-1], differential), rule, lock))
+        modes.append(
+            _mode("differential", target, np.where(swap[..., None], differential[..., ::-1], differential), rule, lock)
+        )
     return Comparison(stability=exact, modes=tuple(modes))
 
 
-def _targets(sigma: Array, rho: Array, lock: Array, k: int, orders: tuple[int, ...]) -> tuple[Complex, NDArray[np.int8]]:
+def _targets(
+    sigma: Array, rho: Array, lock: Array, k: int, orders: tuple[int, ...]
+) -> tuple[Complex, NDArray[np.int8]]:
     """The two exact targets of mode k and the rule that gave them."""
     mirror = -2.0 * lock - k
     reals = mirror == k
     joint = ~reals & np.isin(mirror, orders)
-    rule = np.where(np.isnan(lock), Rule.PAIRED, np.where(reals, Rule.REALS, np.where(joint, Rule.JOINT, Rule.MEAN))).astype(np.int8)
+    rule = np.where(
+        np.isnan(lock), Rule.PAIRED, np.where(reals, Rule.REALS, np.where(joint, Rule.JOINT, Rule.MEAN))
+    ).astype(np.int8)
     mean = sigma.mean(axis=-1)
     # of a joint pair the mode with the higher k takes σ₁ until names are settled
     split = np.where(reals[..., None], sigma, np.where((k > mirror)[..., None], sigma[..., :1], sigma[..., 1:]))
@@ -241,11 +286,13 @@ def _nearest(targets: Complex, values: Complex) -> NDArray[np.intp]:
 
 
 def _name_joint_pairs(found: dict[int, tuple[Complex, Complex, NDArray[np.int8]]], lock: Array) -> None:
-    """Of two modes that share four targets, the regressing one (lower k) takes the simple pair of the lower frequency."""
+    """Of two modes that share four targets, the regressing one (lower k) takes the lower simple frequency."""
     for low in sorted(found):
         for high in (k for k in sorted(found) if k > low):
             (z1, s1, r1), (z2, s2, r2) = found[low], found[high]
-            swap = ((-2.0 * lock - low == high) & (np.abs(s1.imag).sum(axis=-1) > np.abs(s2.imag).sum(axis=-1) + REAL))[..., None]
+            swap = ((-2.0 * lock - low == high) & (np.abs(s1.imag).sum(axis=-1) > np.abs(s2.imag).sum(axis=-1) + REAL))[
+                ..., None
+            ]
             found[low] = (np.where(swap, z2, z1), np.where(swap, s2, s1), r1)
             found[high] = (np.where(swap, z1, z2), np.where(swap, s1, s2), r2)
 
@@ -253,12 +300,21 @@ def _name_joint_pairs(found: dict[int, tuple[Complex, Complex, NDArray[np.int8]]
 def _mode(name: str, exact: Complex, simple: Complex, rule: NDArray[np.int8], lock: Array) -> ModeComparison:
     d = simple - exact
     parts = ((d, exact), (d.imag, exact.imag), (d.real, exact.real))
-    relative, frequency, damping = (_ratio(np.abs(a).max(axis=-1), np.sqrt(np.mean(np.abs(b) ** 2, axis=-1))) for a, b in parts)
+    relative, frequency, damping = (
+        _ratio(np.abs(a).max(axis=-1), np.sqrt(np.mean(np.abs(b) ** 2, axis=-1))) for a, b in parts
+    )
     errors = np.stack([relative, np.abs(d).max(axis=-1), frequency, damping], axis=-1)
     plain = exact.ndim == 1
     cause = _cause(exact, simple, lock)
-    return ModeComparison(name=name, exact=exact, simple=simple, errors=errors, lock=lock.item() if plain else lock,
-                          rule=Rule(int(rule)) if plain else rule, cause=Cause(int(cause)) if plain else cause)  # fmt: skip
+    return ModeComparison(
+        name=name,
+        exact=exact,
+        simple=simple,
+        errors=errors,
+        lock=lock.item() if plain else lock,
+        rule=Rule(int(rule)) if plain else rule,
+        cause=Cause(int(cause)) if plain else cause,
+    )
 
 
 def _ratio(a: Array, b: Array) -> Array:
@@ -271,6 +327,8 @@ def _cause(exact: Complex, simple: Complex, lock: Array) -> NDArray[np.int8]:
     """How the two differ in kind."""
     locked = ~np.isnan(lock)
     split = np.all(np.abs(simple.imag) < REAL, axis=-1)
-    kind = np.where(locked, np.where(split, Cause.DRIFT_IN_LOCK, Cause.LOCK), np.where(split, Cause.TPP_SPLIT, Cause.DRIFT))
+    kind = np.where(
+        locked, np.where(split, Cause.DRIFT_IN_LOCK, Cause.LOCK), np.where(split, Cause.TPP_SPLIT, Cause.DRIFT)
+    )
     differs = np.any(exact.real > 0, axis=-1) != np.any(simple.real > 0, axis=-1)
     return np.where(differs, Cause.STABILITY, kind).astype(np.int8)

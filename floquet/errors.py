@@ -24,9 +24,19 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 __all__ = [
-    "FloquetError", "InputError", "ParameterError", "ConfigError", "Problem", "QueryError", "DatabaseError",
-    "FailedError", "StorageError", "DamageError", "FloquetWarning", "did_you_mean",
-]  # fmt: skip
+    "FloquetError",
+    "InputError",
+    "ParameterError",
+    "ConfigError",
+    "Problem",
+    "QueryError",
+    "DatabaseError",
+    "FailedError",
+    "StorageError",
+    "DamageError",
+    "FloquetWarning",
+    "did_you_mean",
+]
 
 
 class FloquetError(Exception):
@@ -98,8 +108,11 @@ class DamageError(FailedError):
 
     def __init__(self, path: str | Path, places: Sequence[str]) -> None:
         shown = ", ".join(places[:3]) + (f" and {len(places) - 3} more" if len(places) > 3 else "")
-        super().__init__(f"{path}: the stored data do not match their digests ({shown}); the file was changed or the disk is failing: "
-                         "restore a copy or run the study again")  # fmt: skip
+        super().__init__(
+            f"{path}: the stored data do not match their digests ({shown}); "
+            "the file was changed or the disk is failing: "
+            "restore a copy or run the study again"
+        )
         self.path, self.places = str(path), tuple(places)
 
 

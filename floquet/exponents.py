@@ -8,8 +8,9 @@ One blade: with τ and D the half trace and the discriminant of the Hill form, `
 An error b in D moves √D by at most b/√|D| away from a branch point and √(|D|+b) next to it; the bound follows both.
 
 Several states: forward QR sweeps sort the factors' product into clusters of like growth without forming it; a cluster's
-exponents are the eigenvalues of its own block, and their logarithms add up.  What an error of a factor does to a cluster is
-weighed with the projector onto it (from the angle between the growing directions of the map and of its adjoint).
+exponents are the eigenvalues of its own block, and their logarithms add up.  What an error of a factor does to a
+cluster is weighed with the projector onto it (from the angle between the growing directions of the map and of its
+adjoint).
 """
 
 from __future__ import annotations
@@ -18,6 +19,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import IntEnum
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -60,8 +62,9 @@ class Stability:
     Attributes
     ----------
     exponents : complex (..., states)
-        η per radian (per rev for rotors).  One scalar equation: [α+iρ, α-iρ], in a lock [σ₁+iρ, σ₂+iρ] with σ₁ ≥ σ₂, on the
-        branch of the rotation number.  Larger systems: principal branch, conjugate pairs together, by Im then Re.
+        η per radian (per rev for rotors).  One scalar equation: [α+iρ, α-iρ], in a lock [σ₁+iρ, σ₂+iρ] with σ₁ ≥ σ₂,
+        on the branch of the rotation number.  Larger systems: principal branch, conjugate pairs together, by Im then
+        Re.
     multipliers : complex (..., states)
         exp(η·period) (of the twisted passage, where there is a twist); nan for constant systems.
     exponent_errors : float (..., states)
@@ -113,11 +116,19 @@ def _of_hill(phi: PeriodMap) -> Stability:
     eta = np.stack([alpha + growth + 1j * rho, alpha - growth + 1j * np.where(locked, rho, -rho)], axis=-1)
     bound = _hill_bound(phi, root) / T + 4.0 * EPS * (np.abs(alpha) + np.abs(growth) + np.abs(rho))
     errors = np.stack([bound, bound], axis=-1)
-    Lambda = np.exp(alpha * T)[:, None] * np.stack([tau + np.where(locked, np.sign(tau) * root, 1j * root), tau - np.where(locked, np.sign(tau) * root, 1j * root)], -1)
+    Lambda = np.exp(alpha * T)[:, None] * np.stack(
+        [
+            tau + np.where(locked, np.sign(tau) * root, 1j * root),
+            tau - np.where(locked, np.sign(tau) * root, 1j * root),
+        ],
+        -1,
+    )
     det = phi.hill[:, 0, 0] * phi.hill[:, 1, 1] - phi.hill[:, 0, 1] * phi.hill[:, 1, 0]
     # σ = α to rounding outside a lock; the bound of the set must not blur that
     sigma_error = np.where(D < -b, 8.0 * EPS * np.abs(alpha), bound)
-    verdict, reason = _verdict(eta.real, np.stack([sigma_error, sigma_error], axis=-1), neutral=(alpha == 0.0) & (D < -b))
+    verdict, reason = _verdict(
+        eta.real, np.stack([sigma_error, sigma_error], axis=-1), neutral=(alpha == 0.0) & (D < -b)
+    )
     return _shaped(phi, eta, Lambda, errors, np.abs(det - 1.0), rho, np.where(locked, rho, np.nan), verdict, reason)
 
 
@@ -133,8 +144,9 @@ def rotation_number(phi: PeriodMap) -> Array:
 def _hill_bound(phi: PeriodMap, root: Array) -> Array:
     """Bound of the distance between the exact and the computed {±νT}.
 
-    Away from a branch point √D moves by at most b/(√D + √(D-b)) and νT by that over |τ| (asinh) or, between complex pairs,
-    by the angle that τ and √-D span together.  Next to it both may lie on either side: √D + √(D+b), through asinh and asin.
+    Away from a branch point √D moves by at most b/(√D + √(D-b)) and νT by that over |τ| (asinh) or, between complex
+    pairs, by the angle that τ and √-D span together.  Next to it both may lie on either side: √D + √(D+b), through
+    asinh and asin.
     """
     D, b = phi.discriminant, phi.discriminant_error
     assert b is not None and phi.half_trace_error is not None
@@ -183,8 +195,12 @@ def _log_multipliers(factors: Array, errors: Array, twist: Array) -> tuple[NDArr
     oblique = _projectors(factors, Q, splits, twist)
     W = begin[0].T @ (twist[:, None] * Q[-1])
     out, bounds = np.empty(n, complex), np.empty(n)
-    for c, (i, j) in enumerate(zip(ends[:-1], ends[1:], strict=True)):
-        block, scale, error = _cluster(W[i:j, i:j], R[:, i:j, i:j], errors * oblique[:, c] + (EPS * n if len(ends) > 2 else 0.0) * _norms(R[:, i:j, i:j]))
+    for c, (i, j) in enumerate(pairwise(ends)):
+        block, scale, error = _cluster(
+            W[i:j, i:j],
+            R[:, i:j, i:j],
+            errors * oblique[:, c] + (EPS * n if len(ends) > 2 else 0.0) * _norms(R[:, i:j, i:j]),
+        )
         values, radius = _eigenvalues(block, error)
         out[i:j] = np.log(values) + scale
         relative = radius / np.abs(values)
@@ -236,7 +252,9 @@ def _cluster(W: Array, R: Array, errors: Array) -> tuple[Array, float, float]:
         before[k + 1], scales[k + 1] = product / size, scales[k] + math.log(size)
     after, later, error = W, 0.0, 0.0
     for k in range(len(R) - 1, -1, -1):  # δ = after · δR_k · before, everything on the scale of the whole
-        error += float(_norms(after) * errors[k] * _norms(before[k])) * math.exp(min(scales[k] + later - scales[-1], 700.0))
+        error += float(_norms(after) * errors[k] * _norms(before[k])) * math.exp(
+            min(scales[k] + later - scales[-1], 700.0)
+        )
         product = after @ R[k]
         size = np.abs(product).max()
         after, later = product / size, later + math.log(size)
@@ -246,8 +264,9 @@ def _cluster(W: Array, R: Array, errors: Array) -> tuple[Array, float, float]:
 def _eigenvalues(block: Array, error: float) -> tuple[NDArray[np.complex128], Array]:
     """Eigenvalues of a small matrix known to ``error``, with bounds.
 
-    Gershgorin's discs of X⁻¹(B+δ)X have radius m κ_i error (Wilkinson, The Algebraic Eigenvalue Problem, ch. 2); where discs
-    meet, an eigenvalue may be anywhere in their union.  Elsner's theorem caps what defective eigenvalues can do.
+    Gershgorin's discs of X⁻¹(B+δ)X have radius m κ_i error (Wilkinson, The Algebraic Eigenvalue Problem, ch. 2);
+    where discs meet, an eigenvalue may be anywhere in their union.  Elsner's theorem caps what defective eigenvalues
+    can do.
     """
     m = len(block)
     values, X = np.linalg.eig(block)
@@ -275,7 +294,10 @@ def _joined(values: NDArray[np.complex128], radius: Array) -> Array:
 
 def _pairs_by_frequency(logs: NDArray[np.complex128]) -> list[int]:
     """Order by |Im| then descending Re, the member with Im > 0 of a pair first."""
-    return sorted(range(len(logs)), key=lambda i: (round(abs(logs[i].imag), 9), -round(logs[i].real, 9), -logs[i].imag))
+    return sorted(
+        range(len(logs)),
+        key=lambda i: (round(float(abs(logs[i].imag)), 9), -round(float(logs[i].real), 9), -logs[i].imag),
+    )
 
 
 def _norms(m: Array) -> Array:
@@ -295,9 +317,22 @@ def _of_constant(system: PeriodicSystem) -> Stability:
         defect[case] = abs(math.fsum(values.real) - np.trace(A[case]))
     verdict, reason = _verdict(eta.real, errors, neutral=np.zeros(shape, bool))
     nan = np.full(shape, np.nan)
-    full = {"determinant_defect": defect, "rotation_number": nan, "lock": nan, "verdict": verdict, "reason": reason,
-            "method": np.full(shape, Method.EIGENVALUES, np.int8), "panels": np.zeros(shape, np.int32)}  # fmt: skip
-    return Stability(exponents=eta, multipliers=np.full((*shape, n), np.nan + 0j), exponent_errors=errors, period=math.nan, **_plain(full, shape))
+    full: dict[str, Any] = {
+        "determinant_defect": defect,
+        "rotation_number": nan,
+        "lock": nan,
+        "verdict": verdict,
+        "reason": reason,
+        "method": np.full(shape, Method.EIGENVALUES, np.int8),
+        "panels": np.zeros(shape, np.int32),
+    }
+    return Stability(
+        exponents=eta,
+        multipliers=np.full((*shape, n), np.nan + 0j),
+        exponent_errors=errors,
+        period=math.nan,
+        **_plain(full, shape),
+    )
 
 
 # ---------------------------------------------------------------------- shared
@@ -308,13 +343,33 @@ def _verdict(sigma: Array, errors: Array, *, neutral: NDArray[np.bool_]) -> tupl
     return verdict.astype(np.int8), reason.astype(np.int8)
 
 
-def _shaped(phi: PeriodMap, eta: Array, multipliers: Array, errors: Array, defect: Array, rho: Array, lock: Array,
-            verdict: NDArray[np.int8], reason: NDArray[np.int8]) -> Stability:  # fmt: skip
+def _shaped(
+    phi: PeriodMap,
+    eta: Array,
+    multipliers: Array,
+    errors: Array,
+    defect: Array,
+    rho: Array,
+    lock: Array,
+    verdict: NDArray[np.int8],
+    reason: NDArray[np.int8],
+) -> Stability:
     shape, n = phi.shape, eta.shape[-1]
-    full = {"determinant_defect": defect, "rotation_number": rho, "lock": lock, "verdict": verdict, "reason": reason,
-            "method": np.full(len(eta), phi.method, np.int8), "panels": phi.panels}  # fmt: skip
-    vectors = {"exponents": eta, "multipliers": multipliers, "exponent_errors": errors}
-    return Stability(period=phi.period, **{k: v.reshape(*shape, n) for k, v in vectors.items()}, **_plain({k: v.reshape(shape) for k, v in full.items()}, shape))
+    full: dict[str, Any] = {
+        "determinant_defect": defect,
+        "rotation_number": rho,
+        "lock": lock,
+        "verdict": verdict,
+        "reason": reason,
+        "method": np.full(len(eta), phi.method, np.int8),
+        "panels": phi.panels,
+    }
+    vectors: dict[str, Any] = {"exponents": eta, "multipliers": multipliers, "exponent_errors": errors}
+    return Stability(
+        period=phi.period,
+        **{k: v.reshape(*shape, n) for k, v in vectors.items()},
+        **_plain({k: v.reshape(shape) for k, v in full.items()}, shape),
+    )
 
 
 def _plain(fields: dict[str, Any], shape: tuple[int, ...]) -> dict[str, Any]:

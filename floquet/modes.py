@@ -1,9 +1,9 @@
 """Floquet modes of coupled systems: periodic eigenvectors, their harmonics, lifted exponents and names.
 
-A mode is ``x(ψ) = e^{ηψ} p(ψ)``, p periodic (with a twist, over two passages).  Its exponent is known modulo i·2π/period;
-the branch is that of the dominant harmonic of the coordinates, h: ``η + i h`` is the frequency an observer counts.  In the
-non-rotating frame a cyclic pair (β_nc, β_ns) whirls: seen from the blade its frequency ω is ω - n or ω + n, whichever way
-it turns, and the mode is called after that::
+A mode is ``x(ψ) = e^{ηψ} p(ψ)``, p periodic (with a twist, over two passages).  Its exponent is known modulo
+i·2π/period; the branch is that of the dominant harmonic of the coordinates, h: ``η + i h`` is the frequency an
+observer counts.  In the non-rotating frame a cyclic pair (β_nc, β_ns) whirls: seen from the blade its frequency ω is
+ω - n or ω + n, whichever way it turns, and the mode is called after that::
 
     coning        β₀ dominates                 differential   β_d dominates
     advancing     forward whirl with ω ≥ n     regressing     every other whirl (with "-n" for n ≥ 2)
@@ -67,7 +67,11 @@ class Modes:
 def modes(system: PeriodicSystem) -> Modes:
     """Modes of one periodic system (no cases); small multipliers beside large ones lose digits of their vectors."""
     if system.constant or system.cases:
-        raise ParameterError("system", system.name, "modes() takes one periodic system: for a constant one use numpy.linalg.eig, for cases index the rotor")
+        raise ParameterError(
+            "system",
+            system.name,
+            "modes() takes one periodic system: for a constant one use numpy.linalg.eig, for cases index the rotor",
+        )
     T, n = system.period, system.states
     twist = np.ones(n) if system.twist is None else system.twist
     span = T if system.twist is None else 2.0 * T
@@ -88,12 +92,20 @@ def modes(system: PeriodicSystem) -> Modes:
     c = np.fft.fft(q, axis=1) / STEPS
     share = np.abs(np.swapaxes(c, 1, 2)) ** 2
     share /= share.sum(axis=(1, 2), keepdims=True)
-    frequencies = np.fft.fftfreq(STEPS, 1.0 / STEPS) * 2.0 * math.pi / span
+    frequencies = np.asarray(np.fft.fftfreq(STEPS, 1.0 / STEPS) * 2.0 * math.pi / span, float)
     dominant = [np.unravel_index(np.argmax(s), s.shape) for s in share]
     lifted = eta + 1j * frequencies[[h for _, h in dominant]]
-    names = [_name(system.coordinates, i, int(h), lifted[m].imag, c[m]) for m, (i, h) in enumerate(dominant)]
-    return Modes(names=_numbered(names), exponents=lifted, exponent_errors=np.asarray(found.exponent_errors), azimuths=psi[:-1], vectors=p[:, :-1],
-                 frequencies=frequencies, participation=share, closure=np.abs(p[:, -1] - p[:, 0]).max(axis=-1))  # fmt: skip
+    names = [_name(system.coordinates, int(i), int(h), lifted[m].imag, c[m]) for m, (i, h) in enumerate(dominant)]
+    return Modes(
+        names=_numbered(names),
+        exponents=lifted,
+        exponent_errors=np.asarray(found.exponent_errors),
+        azimuths=psi[:-1],
+        vectors=p[:, :-1],
+        frequencies=frequencies,
+        participation=share,
+        closure=np.abs(p[:, -1] - p[:, 0]).max(axis=-1),
+    )
 
 
 def _steps(system: PeriodicSystem, span: float) -> NDArray[np.float64]:
@@ -113,7 +125,7 @@ def _paired(eta: Complex, found: Complex, strip: float) -> NDArray[np.intp]:
 
 
 def _name(coordinates: tuple[str, ...], i: int, h: int, omega: float, c: Complex) -> str:
-    """Name of a mode after its dominant coordinate i and harmonic h, of frequency omega; empty without multiblade names."""
+    """Name of a mode after its dominant coordinate i and harmonic h, of frequency omega; "" for other coordinates."""
     coordinate = coordinates[i] if i < len(coordinates) else ""
     if coordinate in ("beta_0", "beta_d"):
         return "coning" if coordinate == "beta_0" else "differential"
@@ -121,7 +133,10 @@ def _name(coordinates: tuple[str, ...], i: int, h: int, omega: float, c: Complex
         return ""
     n = int(coordinate[5:-1])
     j = coordinates.index(f"beta_{n}c")
-    backward = abs(c[h, j] - 1j * c[h, j + 1]), abs(c[h, j] + 1j * c[h, j + 1])  # amplitudes of e^{+inψ} and e^{-inψ} in the blade
+    backward = (
+        abs(c[h, j] - 1j * c[h, j + 1]),
+        abs(c[h, j] + 1j * c[h, j + 1]),
+    )  # amplitudes of e^{+inψ} and e^{-inψ} in the blade
     whirl = 1.0 if backward[0] > backward[1] else -1.0
     forward = omega * whirl < 0 and abs(omega) >= n
     return ("advancing" if forward else "regressing") + ("" if n == 1 else f"-{n}")

@@ -4,12 +4,12 @@ One blade (a second-order scalar equation) is mapped in Hill form: with β = exp
 
     y'' + q y = 0,     q = k - d'/2 - d²/4,     det Φ = 1,    exponents = α ± ν,  α = -mean(d)/2
 
-so that both exponents keep all their digits; where d jumps by Δ, y' jumps by ½Δ y.  Anything else is mapped as it is, and
-the factors are kept apart because their product would lose the small multipliers.
+so that both exponents keep all their digits; where d jumps by Δ, y' jumps by ½Δ y.  Anything else is mapped as it is,
+and the factors are kept apart because their product would lose the small multipliers.
 
 Panels follow from the case alone (its stiffness and damping, then the error measured on it), never from its neighbours.
-The error of a panel is the difference between p = 16 and p = 12 nodes, which is the error of the worse of the two, plus an
-allowance for rounding.
+The error of a panel is the difference between p = 16 and p = 12 nodes, which is the error of the worse of the two,
+plus an allowance for rounding.
 """
 
 from __future__ import annotations
@@ -19,12 +19,12 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from enum import IntEnum
 from itertools import pairwise
-from typing import Any
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from .collocation import first_order_panel, gauss_rule, second_order_panel
+from .collocation import Rule, first_order_panel, gauss_rule, second_order_panel
 from .errors import ParameterError
 from .periodic import PeriodicMatrix, PeriodicSystem
 
@@ -35,10 +35,12 @@ Array = NDArray[np.float64]
 NODES, COARSE_NODES = 16, 12
 EPS = float(np.finfo(float).eps)
 LADDER = tuple(sorted({2**k for k in range(1, 13)} | {3 * 2**k for k in range(11)}))
-RUNGS = 6  # at most eight times the first number of panels: by then what is smooth is resolved, other places need their kinks declared
-SWEEP = 3.0  # panel length times the largest local frequency: less than half a turn (π) a panel, so that turns can be counted
+RUNGS = (
+    6  # eight times the first number of panels: what is smooth is resolved by then, other places need kinks declared
+)
+SWEEP = 3.0  # panel length times the largest local frequency: below half a turn (π), so that turns can be counted
 TRUNCATION = 6e-15  # relative to the panel's map, about the noise in the difference of two collocations
-ROUNDING = 8.0  # units of eps a panel, relative to its map: the true errors of 20 000 random blades reach half of the bound this gives
+ROUNDING = 8.0  # eps a panel, relative to its map: the true errors of 20 000 random blades reach half of the bound
 CASES_AT_ONCE = 4096  # (p n)² doubles a case: 8 MB of matrices for one blade
 
 
@@ -114,7 +116,11 @@ def period_map(system: PeriodicSystem, *, panels: int | None = None) -> PeriodMa
         Fix the number of panels a period (for convergence studies); the error says what came of it.
     """
     if system.constant:
-        raise ParameterError("system", system.name, "a constant system has no period to be mapped over: use stability(), which takes its eigenvalues")
+        raise ParameterError(
+            "system",
+            system.name,
+            "a constant system has no period to be mapped over: use stability(), which takes its eigenvalues",
+        )
     if system.second_order and system.degrees == 1:
         return _hill_map(system, panels)
     return _factor_map(system, panels)
@@ -139,29 +145,51 @@ def _hill_map(system: PeriodicSystem, panels: int | None) -> PeriodMap:
     n = math.prod(shape)
     if kicks is not None:
         kicks = np.broadcast_to(kicks, (*shape, kicks.shape[-1])).reshape(n, -1)
-    hill, tau_error, D_error, turns, used = np.empty((n, 2, 2)), np.empty(n), np.empty(n), np.empty(n), np.empty(n, np.int32)
+    hill, tau_error, D_error, turns, used = (
+        np.empty((n, 2, 2)),
+        np.empty(n),
+        np.empty(n),
+        np.empty(n),
+        np.empty(n, np.int32),
+    )
 
     def solve(index: NDArray[np.intp], counts: tuple[int, ...]) -> NDArray[np.bool_]:
         part = q.case(index)
         maps, own, balances, done = [], [], [], np.ones(len(index), bool)
-        for piece, h, psi, first in _panels(part, system.period, counts):
-            F, error = _estimated(lambda r, piece=piece, h=h, psi=psi: second_order_panel(None, piece.sample(psi(r)), h, r), _balance(h))
-            done &= _resolved(F, error, _balance(h))
-            if first is not None and kicks is not None:
-                F[:, :, 0] += F[:, :, 1] * kicks[index, first, None]
+        for panel in _panels(part, system.period, counts):
+
+            def mapped(rule: Rule, panel: _Panel = panel) -> Array:
+                return second_order_panel(None, panel.matrix.sample(panel.nodes(rule)), panel.half, rule)
+
+            balance = _balance(panel.half)
+            F, error = _estimated(mapped, balance)
+            done &= _resolved(F, error, balance)
+            if panel.begins is not None and kicks is not None:
+                F[:, :, 0] += F[:, :, 1] * kicks[index, panel.begins, None]
             maps.append(F)
             own.append(error)
-            balances.append(_balance(h))
+            balances.append(balance)
         before = _products(maps)
         hill[index], turns[index] = before[-1], _turns(before)
-        tau_error[index], D_error[index] = trace_and_discriminant_errors(before, [e[:, None, None] / b for e, b in zip(own, balances, strict=True)])
+        tau_error[index], D_error[index] = trace_and_discriminant_errors(
+            before, [e[:, None, None] / b for e, b in zip(own, balances, strict=True)]
+        )
         used[index] = len(maps)
         return done
 
     _refine(solve, _piece_lengths(q, system.period), np.sqrt(q.bound()[:, 0, 0]), system.period, panels)
     alpha = np.broadcast_to(alpha, shape).reshape(n)
-    return PeriodMap(method=Method.HILL, period=system.period, shape=shape, mean=alpha, panels=used, hill=hill,
-                     half_trace_error=tau_error, discriminant_error=D_error, turns=turns)  # fmt: skip
+    return PeriodMap(
+        method=Method.HILL,
+        period=system.period,
+        shape=shape,
+        mean=alpha,
+        panels=used,
+        hill=hill,
+        half_trace_error=tau_error,
+        discriminant_error=D_error,
+        turns=turns,
+    )
 
 
 def _balance(h: Array) -> Array:
@@ -183,8 +211,8 @@ def _products(maps: list[Array]) -> list[Array]:
 def trace_and_discriminant_errors(before: list[Array], deltas: list[Array]) -> tuple[Array, Array]:
     """Bounds of the errors of τ and D when every entry of every factor may be wrong by ``deltas``.
 
-    With Φ = S F P, the gradient of τ with respect to F is ½ P S and that of D is P (Φ - τI) S; what follows to second order is
-    D's own, (dτ)² and the product of the off-diagonal errors.
+    With Φ = S F P, the gradient of τ with respect to F is ½ P S and that of D is P (Φ - τI) S; what follows to second
+    order is D's own, (dτ)² and the product of the off-diagonal errors.
     """
     phi = before[-1]
     tau = 0.5 * (phi[:, 0, 0] + phi[:, 1, 1])
@@ -231,8 +259,12 @@ def _factor_map(system: PeriodicSystem, panels: int | None) -> PeriodMap:
     def solve(index: NDArray[np.intp], counts: tuple[int, ...]) -> NDArray[np.bool_]:
         part = _case_system(flat, index)
         maps, own, done = [], [], np.ones(len(index), bool)
-        for _, h, psi, _ in _panels(_anchor(part), system.period, counts):
-            F, error = _estimated(lambda r, h=h, psi=psi: _panel(part, psi(r), h, r, index))
+        for panel in _panels(_anchor(part), system.period, counts):
+
+            def mapped(rule: Rule, panel: _Panel = panel) -> Array:
+                return _state_panel(part, panel, rule, index)
+
+            F, error = _estimated(mapped)
             done &= _resolved(F, error)
             maps.append(F)
             own.append(error)
@@ -244,20 +276,37 @@ def _factor_map(system: PeriodicSystem, panels: int | None) -> PeriodMap:
 
     frequency, trace = _frequency_and_trace(flat, n)
     _refine(solve, _piece_lengths(anchor, system.period), np.broadcast_to(frequency, (n,)), system.period, panels)
-    return PeriodMap(method=Method.FACTORS, period=system.period, shape=shape, mean=np.broadcast_to(trace, (n,)), panels=used,
-                     twist=system.twist, factors=tuple(factors), errors=tuple(errors), turns=np.full(n, np.nan))  # fmt: skip
+    return PeriodMap(
+        method=Method.FACTORS,
+        period=system.period,
+        shape=shape,
+        mean=np.broadcast_to(trace, (n,)),
+        panels=used,
+        twist=system.twist,
+        factors=tuple(factors),
+        errors=tuple(errors),
+        turns=np.full(n, np.nan),
+    )
 
 
-def _panel(system: PeriodicSystem, psi: Array, h: Array, rule: Any, index: NDArray[np.intp]) -> Array:
+def _state_panel(system: PeriodicSystem, panel: _Panel, rule: Rule, index: NDArray[np.intp]) -> Array:
+    """Map of the state over a panel, for the cases ``index`` of the system."""
+    psi = panel.nodes(rule)
     if system.stiffness is not None:
         K = system.stiffness.sample(psi)
         D = None if system.damping is None else np.broadcast_to(system.damping.sample(psi), K.shape)
-        return second_order_panel(D, K, h, rule)
+        return second_order_panel(D, K, panel.half, rule)
     if system.matrix is not None:
-        return first_order_panel(system.matrix.sample(psi), h, rule)
+        return first_order_panel(system.matrix.sample(psi), panel.half, rule)
+    A = _flat_samples(system, psi[0])  # the same nodes for every case
+    return first_order_panel(A[index], panel.half, rule)
+
+
+def _flat_samples(system: PeriodicSystem, psi: Array) -> Array:
+    """A(ψ) of a function for all its cases along one axis."""
     assert system.function is not None
-    A = system.function(psi[0])  # the same nodes for every case
-    return first_order_panel(np.broadcast_to(A, (*system.cases, *A.shape[-3:])).reshape(-1, *A.shape[-3:])[index], h, rule)
+    A = system.function(psi)
+    return np.broadcast_to(A, (*system.cases, *A.shape[-3:])).reshape(-1, *A.shape[-3:])
 
 
 def _anchor(system: PeriodicSystem) -> PeriodicMatrix:
@@ -280,16 +329,22 @@ def _frequency_and_trace(system: PeriodicSystem, n: int) -> tuple[Array, Array]:
         K = system.stiffness.bound().sum(axis=-1).max(axis=-1)
         if system.damping is None:
             return np.sqrt(K), np.zeros(n)
-        return np.maximum(np.sqrt(K), system.damping.bound().sum(axis=-1).max(axis=-1)), -np.trace(system.damping.mean(), axis1=-2, axis2=-1)
+        return np.maximum(np.sqrt(K), system.damping.bound().sum(axis=-1).max(axis=-1)), -np.trace(
+            system.damping.mean(), axis1=-2, axis2=-1
+        )
     if system.matrix is not None:
         return system.matrix.bound().sum(axis=-1).max(axis=-1), np.trace(system.matrix.mean(), axis1=-2, axis2=-1)
     assert system.function is not None
-    edges = np.concatenate([[0.0], np.asarray(system.kinks if system.kinks is not None else [], float), [system.period]])
-    rule, pieces = gauss_rule(32), [(a + s * (b - a) / 4, (b - a) / 8) for a, b in zip(edges[:-1], edges[1:], strict=True) for s in range(4)]
+    edges = np.concatenate(
+        [[0.0], np.asarray(system.kinks if system.kinks is not None else [], float), [system.period]]
+    )
+    rule, pieces = (
+        gauss_rule(32),
+        [(a + s * (b - a) / 4, (b - a) / 8) for a, b in pairwise(edges) for s in range(4)],
+    )
     frequency, trace = np.zeros(n), np.zeros(n)
     for start, half in pieces:
-        A = system.function(start + half * (1.0 + rule.nodes))
-        A = np.broadcast_to(A, (*system.cases, *A.shape[-3:])).reshape(-1, *A.shape[-3:])
+        A = _flat_samples(system, start + half * (1.0 + rule.nodes))
         frequency = np.maximum(frequency, np.abs(A).sum(axis=-1).max(axis=(-1, -2)))
         trace = trace + half * np.trace(A, axis1=-2, axis2=-1) @ rule.weights
     return frequency, trace / system.period
@@ -299,7 +354,9 @@ def _frequency_and_trace(system: PeriodicSystem, n: int) -> tuple[Array, Array]:
 def _flat(matrix: PeriodicMatrix, shape: tuple[int, ...]) -> PeriodicMatrix:
     """Cases along one axis."""
     n = math.prod(shape)
-    c = np.broadcast_to(matrix.coefficients, shape + matrix.coefficients.shape[-4:]).reshape(n, *matrix.coefficients.shape[-4:])
+    c = np.broadcast_to(matrix.coefficients, shape + matrix.coefficients.shape[-4:]).reshape(
+        n, *matrix.coefficients.shape[-4:]
+    )
     edges = matrix.edges
     if edges is not None:
         edges = np.broadcast_to(edges, shape + edges.shape[-1:]).reshape(n, -1)
@@ -331,19 +388,33 @@ def _piece_lengths(matrix: PeriodicMatrix, period: float) -> Array:
     return np.broadcast_to(np.diff(np.minimum(matrix.edges, period), axis=-1), (n, matrix.edges.shape[-1] - 1))
 
 
-def _panels(matrix: PeriodicMatrix, period: float, counts: tuple[int, ...]) -> Iterator[tuple[PeriodicMatrix, Array, Callable[[Any], Array], int | None]]:
-    """(piece, half length, nodes of a rule, piece index where the piece begins) of every panel in order."""
+class _Panel(NamedTuple):
+    """A panel of every case: its piece, centre and half length (cases,), and the piece it begins, if it does."""
+
+    matrix: PeriodicMatrix
+    centre: Array
+    half: Array
+    begins: int | None
+
+    def nodes(self, rule: Rule) -> Array:
+        """Azimuths (cases, p) of a rule's nodes."""
+        return self.centre[:, None] + self.half[:, None] * rule.nodes
+
+
+def _panels(matrix: PeriodicMatrix, period: float, counts: tuple[int, ...]) -> Iterator[_Panel]:
+    """The panels of every case in order, ``counts`` of them on each piece."""
     n = matrix.coefficients.shape[0]
-    edges = np.broadcast_to(np.array([0.0, period]) if matrix.edges is None else np.minimum(matrix.edges, period), (n, len(counts) + 1))
+    ends = np.array([0.0, period]) if matrix.edges is None else np.minimum(matrix.edges, period)
+    edges = np.broadcast_to(ends, (n, len(counts) + 1))
     for j, count in enumerate(counts):
-        piece = matrix if matrix.edges is None else replace(matrix, coefficients=matrix.coefficients[:, j : j + 1], edges=None)
+        one = slice(j, j + 1) if matrix.edges is not None else slice(None)
+        piece = replace(matrix, coefficients=matrix.coefficients[:, one], edges=None)
         start, half = edges[:, j], (edges[:, j + 1] - edges[:, j]) / (2 * count)
         for s in range(count):
-            centre = start + (2 * s + 1) * half
-            yield piece, half, lambda r, c=centre, h=half: c[:, None] + h[:, None] * r.nodes, j if s == 0 else None
+            yield _Panel(piece, start + (2 * s + 1) * half, half, j if s == 0 else None)
 
 
-def _estimated(panel: Callable[[Any], Array], balance: Array | float = 1.0) -> tuple[Array, Array]:
+def _estimated(panel: Callable[[Rule], Array], balance: Array | float = 1.0) -> tuple[Array, Array]:
     """A panel's map and the bound of its error, in balanced coordinates."""
     F = panel(gauss_rule(NODES))
     return F, _norm((F - panel(gauss_rule(COARSE_NODES))) * balance) + ROUNDING * EPS * _norm(F * balance)
@@ -354,10 +425,19 @@ def _resolved(F: Array, error: Array, balance: Array | float = 1.0) -> NDArray[n
     return np.asarray(error <= (TRUNCATION + ROUNDING * EPS) * _norm(F * balance))
 
 
-def _refine(solve: Callable[[NDArray[np.intp], tuple[int, ...]], NDArray[np.bool_]], lengths: Array, frequency: Array,
-            period: float, panels: int | None) -> None:  # fmt: skip
+def _refine(
+    solve: Callable[[NDArray[np.intp], tuple[int, ...]], NDArray[np.bool_]],
+    lengths: Array,
+    frequency: Array,
+    period: float,
+    panels: int | None,
+) -> None:
     """Solve every case on the first rung of the ladder that resolves it."""
-    wanted = np.full(len(frequency), panels) if panels else np.maximum(np.ceil(period * np.maximum(frequency, 1.0) / SWEEP), 1)
+    wanted = (
+        np.full(len(frequency), panels)
+        if panels
+        else np.maximum(np.ceil(period * np.maximum(frequency, 1.0) / SWEEP), 1)
+    )
     rung = np.minimum(np.searchsorted(LADDER, wanted), len(LADDER) - 1)
     last = np.minimum(rung + RUNGS, len(LADDER) - 1)
     pending = np.arange(len(frequency))

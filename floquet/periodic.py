@@ -5,9 +5,9 @@ kinks::
 
     A(ψ) = Σ_h c[h] exp(i h ω ψ),   |h| ≤ H,   ω = 2π / period
 
-It knows ``+``, ``-``, ``@``, a derivative, a mean, a shift and samples, so that the multiblade transformation reads as the
-report prints it (eq. B5): ``D = Ti @ (2 * T.derivative() + A @ T)``.  Leading axes are cases (rotors, advance ratios …)
-and broadcast.
+It knows ``+``, ``-``, ``@``, a derivative, a mean, a shift and samples, so that the multiblade transformation reads
+as the report prints it (eq. B5): ``D = Ti @ (2 * T.derivative() + A @ T)``.  Leading axes are cases (rotors, advance
+ratios …) and broadcast.
 
 A :class:`PeriodicSystem` is ``q'' + D q' + K q = F u`` or ``x' = A x``; primes are d/dψ.
 """
@@ -66,8 +66,13 @@ class PeriodicMatrix:
         return PeriodicMatrix(out, period)
 
     @staticmethod
-    def scalar(*, mean: ArrayLike = 0.0, cosines: Sequence[ArrayLike] = (), sines: Sequence[ArrayLike] = (),
-               period: float = TWO_PI) -> PeriodicMatrix:  # fmt: skip
+    def scalar(
+        *,
+        mean: ArrayLike = 0.0,
+        cosines: Sequence[ArrayLike] = (),
+        sines: Sequence[ArrayLike] = (),
+        period: float = TWO_PI,
+    ) -> PeriodicMatrix:
         """The 1×1 matrix ``mean + Σ cosines[n-1] cos nωψ + sines[n-1] sin nωψ``; entries broadcast over cases."""
         order = max(len(cosines), len(sines))
         columns = [np.asarray(x, float) for x in (mean, *cosines, *sines)]
@@ -99,7 +104,11 @@ class PeriodicMatrix:
         order = max(p.order for p in parts)
         wide = [p.widened(order).coefficients for p in parts]
         shape = np.broadcast_shapes(*(w.shape for w in wide))
-        return PeriodicMatrix(np.concatenate([np.broadcast_to(w, shape) for w in wide], axis=-4), parts[0].period, np.asarray(edges, float))
+        return PeriodicMatrix(
+            np.concatenate([np.broadcast_to(w, shape) for w in wide], axis=-4),
+            parts[0].period,
+            np.asarray(edges, float),
+        )
 
     # ------------------------------------------------------------------ shape
     @property
@@ -221,7 +230,9 @@ class PeriodicMatrix:
         if self.edges is not None:
             c = self.gathered(self.piece_of(np.mod(psi, self.period))).coefficients
         phase = (TWO_PI / self.period) * psi
-        out = np.array(np.broadcast_to(c[..., self.order, :, :].real, (*np.broadcast_shapes(c.shape[:-3], psi.shape), *self.shape)))
+        out = np.array(
+            np.broadcast_to(c[..., self.order, :, :].real, (*np.broadcast_shapes(c.shape[:-3], psi.shape), *self.shape))
+        )
         for h in range(1, self.order + 1):  # elementwise, so that a case's bits do not depend on its neighbours
             z = c[..., self.order + h, :, :]
             out += 2.0 * (np.cos(h * phase)[..., None, None] * z.real - np.sin(h * phase)[..., None, None] * z.imag)
@@ -262,7 +273,9 @@ def _first(blocks: Sequence[Sequence[PeriodicMatrix | None]]) -> PeriodicMatrix:
 def _on_common_pieces(a: PeriodicMatrix, b: PeriodicMatrix) -> tuple[PeriodicMatrix, PeriodicMatrix]:
     """Both matrices on the union of their edges."""
     if a.period != b.period:
-        raise ParameterError("period", (a.period, b.period), f"matrices of periods {a.period:g} and {b.period:g} cannot be combined")
+        raise ParameterError(
+            "period", (a.period, b.period), f"matrices of periods {a.period:g} and {b.period:g} cannot be combined"
+        )
     if a.edges is None and b.edges is None:
         return a, b
     if a.edges is None or b.edges is None:
@@ -271,7 +284,9 @@ def _on_common_pieces(a: PeriodicMatrix, b: PeriodicMatrix) -> tuple[PeriodicMat
     if a.edges is b.edges or (a.edges.shape == b.edges.shape and np.array_equal(a.edges, b.edges)):
         return a, b
     cases = np.broadcast_shapes(a.edges.shape[:-1], b.edges.shape[:-1])
-    inner = [np.broadcast_to(m.edges[..., 1:-1], (*cases, m.edges.shape[-1] - 2)) for m in (a, b) if m.edges is not None]
+    inner = [
+        np.broadcast_to(m.edges[..., 1:-1], (*cases, m.edges.shape[-1] - 2)) for m in (a, b) if m.edges is not None
+    ]
     ends = np.zeros((*cases, 1))
     edges = np.concatenate([ends, np.sort(np.concatenate(inner, axis=-1), axis=-1), ends + a.period], axis=-1)
     middle = 0.5 * (edges[..., 1:] + edges[..., :-1])
@@ -317,32 +332,63 @@ class PeriodicSystem:
 
     def __post_init__(self) -> None:
         if sum(part is not None for part in (self.stiffness, self.matrix, self.function)) != 1:
-            raise ParameterError("PeriodicSystem", None, "give exactly one of stiffness (second order), matrix or function (first order)")
+            raise ParameterError(
+                "PeriodicSystem", None, "give exactly one of stiffness (second order), matrix or function (first order)"
+            )
         if not (math.isnan(self.period) or (math.isfinite(self.period) and self.period > 0)):
-            raise ParameterError("period", self.period, f"{self.period} is no period: give a positive angle, or nan for a constant system")
+            raise ParameterError(
+                "period",
+                self.period,
+                f"{self.period} is no period: give a positive angle, or nan for a constant system",
+            )
 
     @staticmethod
-    def from_function(A: Callable[[Any], ArrayLike], period: float, kinks: Sequence[float] = (), *, vectorised: bool = False,
-                      coordinates: tuple[str, ...] = (), name: str = "") -> PeriodicSystem:  # fmt: skip
+    def from_function(
+        A: Callable[[Any], ArrayLike],
+        period: float,
+        kinks: Sequence[float] = (),
+        *,
+        vectorised: bool = False,
+        coordinates: tuple[str, ...] = (),
+        name: str = "",
+    ) -> PeriodicSystem:
         """The first-order system ``x' = A(t) x``.
 
-        ``A(t)`` takes a scalar t and gives (..., n, n) with cases leading; with ``vectorised`` it takes times (k,) and gives
-        (..., k, n, n).  Declare every place where A or a derivative jumps in ``kinks``; exponents are per unit of t.
+        ``A(t)`` takes a scalar t and gives (..., n, n) with cases leading; with ``vectorised`` it takes times (k,)
+        and gives (..., k, n, n).  Declare every place where A or a derivative jumps in ``kinks``; exponents are per
+        unit of t.
         """
 
         def sampled(times: Array) -> Array:
-            values = np.asarray(A(times), float) if vectorised else np.stack([np.asarray(A(float(t)), float) for t in times], axis=-3)
+            values = (
+                np.asarray(A(times), float)
+                if vectorised
+                else np.stack([np.asarray(A(float(t)), float) for t in times], axis=-3)
+            )
             if values.ndim < 3 or values.shape[-1] != values.shape[-2] or values.shape[-3] != len(times):
                 shape = values.shape if vectorised else values.shape[:-3] + values.shape[-2:]
-                raise ParameterError("A", shape, f"A(t) gave an array of shape {shape}: it must be square, (…, n, n){' with times before' if vectorised else ''}")
+                raise ParameterError(
+                    "A",
+                    shape,
+                    f"A(t) gave an array of shape {shape}: it must be square, "
+                    f"(…, {'times, ' if vectorised else ''}n, n)",
+                )
             if not np.all(np.isfinite(values)):
-                raise ParameterError("A", None, f"A(t) is not finite near t = {times[0]:.6g}: every entry must be a number over the whole period")
+                raise ParameterError(
+                    "A",
+                    None,
+                    f"A(t) is not finite near t = {times[0]:.6g}: every entry must be a number over the whole period",
+                )
             return values
 
         if not (math.isfinite(period) and period > 0):
-            raise ParameterError("period", period, f"{period} is no period: give the positive time after which A(t) repeats")
+            raise ParameterError(
+                "period", period, f"{period} is no period: give the positive time after which A(t) repeats"
+            )
         inner = np.unique(np.mod(np.asarray(kinks, float), period))
-        return PeriodicSystem(period=float(period), function=sampled, kinks=inner[inner > 0], coordinates=coordinates, name=name)
+        return PeriodicSystem(
+            period=float(period), function=sampled, kinks=inner[inner > 0], coordinates=coordinates, name=name
+        )
 
     @property
     def forcing(self) -> PeriodicMatrix | None:
@@ -402,7 +448,13 @@ class PeriodicSystem:
     def mean(self) -> PeriodicSystem:
         """The constant system of the averaged coefficients."""
         if self.function is not None:
-            raise ParameterError("function", None, "a system given as a function is not averaged here: average its matrix and give that as a constant")
-        averaged = {n: None if (m := getattr(self, n)) is None else _averaged(m) for n in ("damping", "stiffness", "matrix")}
+            raise ParameterError(
+                "function",
+                None,
+                "a system given as a function is not averaged here: average its matrix and give that as a constant",
+            )
+        averaged: dict[str, Any] = {
+            n: None if (m := getattr(self, n)) is None else _averaged(m) for n in ("damping", "stiffness", "matrix")
+        }
         inputs = self.inputs
         return replace(self, period=math.nan, twist=None, inputs=inputs and (lambda: _averaged(inputs())), **averaged)

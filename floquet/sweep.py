@@ -1,7 +1,7 @@
 """A plan of points → chunks of rows.  Knows no files.
 
-Point i of a plan is design i // m at advance ratio i % m, for m advance ratios.  A row depends on its own parameters alone:
-the same point gives the same bits in any chunk.
+Point i of a plan is design i // m at advance ratio i % m, for m advance ratios.  A row depends on its own parameters
+alone: the same point gives the same bits in any chunk.
 """
 
 from __future__ import annotations
@@ -29,7 +29,12 @@ Rows = dict[str, NDArray[Any]]
 MODES = ("regressing", "coning", "advancing", "differential")
 #: Intervals of failure kept in a row of limits; their true number is a column.
 INTERVALS = 6
-METRIC_COLUMNS = {Metric.RELATIVE: "error_{}", Metric.ABSOLUTE: "error_absolute_{}", Metric.FREQUENCY: "error_frequency_{}", Metric.DAMPING: "error_damping_{}"}
+METRIC_COLUMNS = {
+    Metric.RELATIVE: "error_{}",
+    Metric.ABSOLUTE: "error_absolute_{}",
+    Metric.FREQUENCY: "error_frequency_{}",
+    Metric.DAMPING: "error_damping_{}",
+}
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -78,7 +83,9 @@ class Plan:
     @property
     def names(self) -> tuple[str, ...]:
         """Names of the designs, empty if none has one."""
-        names = [r.name for r in self.rotors for _ in range(math.prod(r.shape))] if any(r.name for r in self.rotors) else []
+        names = (
+            [r.name for r in self.rotors for _ in range(math.prod(r.shape))] if any(r.name for r in self.rotors) else []
+        )
         return tuple(names)
 
     def design(self, index: int) -> Rotor:
@@ -89,9 +96,17 @@ class Plan:
         return rotor if not rotor.shape else rotor[np.unravel_index(index - int(first[i]), rotor.shape)]
 
 
-def sweep(rotor: Rotor, advance_ratio: ArrayLike, *, model: Model | None = None, **options: Unpack[PhysicsKeywords]) -> Rows:
+def sweep(
+    rotor: Rotor, advance_ratio: ArrayLike, *, model: Model | None = None, **options: Unpack[PhysicsKeywords]
+) -> Rows:
     """Compare every case of ``rotor`` at every advance ratio; columns of the points table, one row a case and μ."""
-    plan = Plan(rotors=(rotor,), advance_ratio=np.asarray(advance_ratio, float).ravel(), model=model, physics=Physics.of(options), tolerances=())
+    plan = Plan(
+        rotors=(rotor,),
+        advance_ratio=np.asarray(advance_ratio, float).ravel(),
+        model=model,
+        physics=Physics.of(options),
+        tolerances=(),
+    )
     return point_rows(plan, 0, plan.points)
 
 
@@ -119,7 +134,9 @@ def limit_rows(plan: Plan, start: int, stop: int) -> Rows:
     for d in range(start, stop):
         rotor = plan.design(d)
         if plan.tolerances:
-            found = limits(rotor, tolerances=plan.tolerances, mu_max=plan.mu_max, model=plan.model, **plan.physics.as_dict())
+            found = limits(
+                rotor, tolerances=plan.tolerances, mu_max=plan.mu_max, model=plan.model, **plan.physics.as_dict()
+            )
             rows += [(d, rotor, limit) for limit in found]
     out: Rows = {"rotor": np.array([d for d, _, _ in rows], np.int32), **_parameters([r for _, r, _ in rows])}
     found_limits = [limit for _, _, limit in rows]
@@ -131,7 +148,9 @@ def limit_rows(plan: Plan, start: int, stop: int) -> Rows:
     out["intervals"] = np.array([len(x.intervals) for x in found_limits], np.int32)
     for k in range(INTERVALS):
         ends = [x.intervals[k] if k < len(x.intervals) else (math.nan, math.nan) for x in found_limits]
-        out[f"interval_{k + 1}_start"], out[f"interval_{k + 1}_end"] = (np.array([e[i] for e in ends], float) for i in (0, 1))
+        out[f"interval_{k + 1}_start"], out[f"interval_{k + 1}_end"] = (
+            np.array([e[i] for e in ends], float) for i in (0, 1)
+        )
     return out
 
 
@@ -147,7 +166,8 @@ def _parameters(rotors: Sequence[Rotor]) -> Rows:
 
 def _stacked(rotors: Sequence[Rotor], hub: Hub, blades: int) -> Rotor:
     """One Rotor with an array a parameter."""
-    return Rotor(hub=hub, blades=blades, **{p.name: np.array([getattr(r, p.name) for r in rotors], float) for p in PARAMETERS})
+    values: dict[str, Any] = {p.name: np.array([getattr(r, p.name) for r in rotors], float) for p in PARAMETERS}
+    return Rotor(hub=hub, blades=blades, **values)
 
 
 def _empty(n: int) -> Rows:

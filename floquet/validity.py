@@ -1,15 +1,16 @@
 """Where the simple model stops: locks, splits, onset of growth and limits in μ, by root-finding.
 
-With the half trace τ and the discriminant D = τ² - 1 of the blade's Hill form, over the period T with mean damping -2α::
+With the half trace τ and the discriminant D = τ² - 1 of the blade's Hill form, over the period T with mean damping
+-2α::
 
     lock              D > 0
     growth            D > sinh² αT
     split of the TPP  discriminant of its characteristic polynomial changes sign
 
-are signs of smooth functions of μ (analytic, but where reversed flow reaches root or tip).  Each is interpolated in Chebyshev
-points on panels until its coefficients fall to rounding; between the extrema of the interpolant and the ends the function
-is monotone, so every change of sign is bracketed, and solved on the function itself.  A window is missed only if D stays
-below the interpolation error (about 1e-13 of its scale) inside it.
+are signs of smooth functions of μ (analytic, but where reversed flow reaches root or tip).  Each is interpolated in
+Chebyshev points on panels until its coefficients fall to rounding; between the extrema of the interpolant and the
+ends the function is monotone, so every change of sign is bracketed, and solved on the function itself.  A window is
+missed only if D stays below the interpolation error (about 1e-13 of its scale) inside it.
 
 Errors of modes are smooth between those edges, with square roots at both ends; they are sampled in points graded to the
 ends, extrema between samples are sought, and crossings of the tolerance solved.
@@ -20,6 +21,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import Any, Unpack
 
 import numpy as np
@@ -32,7 +34,15 @@ from .models import PhysicsKeywords, flapping, teetering
 from .period_map import PeriodMap, period_map
 from .rotor import Rotor
 
-__all__ = ["Limit", "instability_onset", "limits", "lock_windows", "split_edges", "validity_intervals", "validity_limit"]
+__all__ = [
+    "Limit",
+    "instability_onset",
+    "limits",
+    "lock_windows",
+    "split_edges",
+    "validity_intervals",
+    "validity_limit",
+]
 
 Array = NDArray[np.float64]
 NODES = 33  # Chebyshev points a panel
@@ -77,56 +87,112 @@ class Limit:
 
 
 # ---------------------------------------------------------------------- public
-def validity_limit(rotor: Rotor, tolerance: float = 0.05, mode: str = "regressing", mu_max: float = 1.0, *,
-                   metric: Metric = Metric.RELATIVE, model: Model | None = None, **options: Unpack[PhysicsKeywords]) -> Any:  # fmt: skip
+def validity_limit(
+    rotor: Rotor,
+    tolerance: float = 0.05,
+    mode: str = "regressing",
+    mu_max: float = 1.0,
+    *,
+    metric: Metric = Metric.RELATIVE,
+    model: Model | None = None,
+    **options: Unpack[PhysicsKeywords],
+) -> Any:
     """The first μ at which the TPP error of ``mode`` passes ``tolerance``; inf = not up to ``mu_max``.
 
     Arrays of rotor parameters give an array of limits.
     """
-    return _each(rotor, lambda r: limits(r, tolerances=((metric, tolerance),), modes=(mode,), mu_max=mu_max, model=model, **options)[0].limit, float)
+    return _each(
+        rotor,
+        lambda r: (
+            limits(r, tolerances=((metric, tolerance),), modes=(mode,), mu_max=mu_max, model=model, **options)[0].limit
+        ),
+        float,
+    )
 
 
-def validity_intervals(rotor: Rotor, tolerance: float = 0.05, mode: str = "regressing", mu_max: float = 1.0, *,
-                       metric: Metric = Metric.RELATIVE, model: Model | None = None, **options: Unpack[PhysicsKeywords]) -> Any:  # fmt: skip
-    """Every (μ_in, μ_out) where the TPP error of ``mode`` passes ``tolerance``; μ_out = inf: still failing at ``mu_max``.
+def validity_intervals(
+    rotor: Rotor,
+    tolerance: float = 0.05,
+    mode: str = "regressing",
+    mu_max: float = 1.0,
+    *,
+    metric: Metric = Metric.RELATIVE,
+    model: Model | None = None,
+    **options: Unpack[PhysicsKeywords],
+) -> Any:
+    """Every (μ_in, μ_out) where the TPP error of ``mode`` passes ``tolerance``; μ_out = inf: failing at ``mu_max``.
 
     Arrays of rotor parameters give a list, one list of intervals a rotor.
     """
-    return _each(rotor, lambda r: list(limits(r, tolerances=((metric, tolerance),), modes=(mode,), mu_max=mu_max, model=model, **options)[0].intervals), list)
+    return _each(
+        rotor,
+        lambda r: list(
+            limits(r, tolerances=((metric, tolerance),), modes=(mode,), mu_max=mu_max, model=model, **options)[
+                0
+            ].intervals
+        ),
+        list,
+    )
 
 
-def lock_windows(rotor: Rotor, mu_max: float = 1.0, *, model: Model | None = None, **options: Unpack[PhysicsKeywords]) -> Any:
+def lock_windows(
+    rotor: Rotor, mu_max: float = 1.0, *, model: Model | None = None, **options: Unpack[PhysicsKeywords]
+) -> Any:
     """Windows [(enter, leave, per_rev)] in μ where the exact pair is locked at ρ = per_rev, in order.
 
-    enter = 0.0: locked in hover; leave = inf: still locked at ``mu_max``.  Arrays of parameters give a list of such lists.
+    enter = 0.0: locked in hover; leave = inf: still locked at ``mu_max``.  Arrays of parameters give a list of such
+    lists.
     """
     return _each(rotor, lambda r: _Rotor(r, mu_max, model, options).windows(), list)
 
 
-def instability_onset(rotor: Rotor, mu_max: float = 3.0, *, model: Model | None = None, **options: Unpack[PhysicsKeywords]) -> Any:
+def instability_onset(
+    rotor: Rotor, mu_max: float = 3.0, *, model: Model | None = None, **options: Unpack[PhysicsKeywords]
+) -> Any:
     """The first μ with growth; 0.0 if already in hover, inf if none up to ``mu_max``."""
     return _each(rotor, lambda r: _Rotor(r, mu_max, model, options).onset(), float)
 
 
-def split_edges(rotor: Rotor, mu_max: float = 1.0, *, model: Model | None = None, **options: Unpack[PhysicsKeywords]) -> Any:
+def split_edges(
+    rotor: Rotor, mu_max: float = 1.0, *, model: Model | None = None, **options: Unpack[PhysicsKeywords]
+) -> Any:
     """Every μ where a pair of TPP eigenvalues splits on the real axis or merges again."""
     return _each(rotor, lambda r: _Rotor(r, mu_max, model, options).splits(), list)
 
 
-def limits(rotor: Rotor, *, tolerances: Sequence[tuple[Metric, float]] = ((Metric.RELATIVE, 0.05),), modes: Sequence[str] | None = None,
-           mu_max: float = 1.0, model: Model | None = None, **options: Unpack[PhysicsKeywords]) -> tuple[Limit, ...]:  # fmt: skip
+def limits(
+    rotor: Rotor,
+    *,
+    tolerances: Sequence[tuple[Metric, float]] = ((Metric.RELATIVE, 0.05),),
+    modes: Sequence[str] | None = None,
+    mu_max: float = 1.0,
+    model: Model | None = None,
+    **options: Unpack[PhysicsKeywords],
+) -> tuple[Limit, ...]:
     """Limits of one rotor (no arrays) for every mode and (metric, tolerance), with intervals and causes."""
     if rotor.shape:
-        raise ParameterError("rotor", rotor.shape, f"limits() takes one rotor, not an array of shape {rotor.shape}: use validity_limit, or index the rotor")
+        raise ParameterError(
+            "rotor",
+            rotor.shape,
+            f"limits() takes one rotor, not an array of shape {rotor.shape}: use validity_limit, or index the rotor",
+        )
     for metric, tolerance in tolerances:
         if not (math.isfinite(tolerance) and tolerance > 0):
-            raise ParameterError("tolerance", tolerance, f"{tolerance!r} is no tolerance: give a positive number (0.05 is 5 % for a relative metric)")
+            raise ParameterError(
+                "tolerance",
+                tolerance,
+                f"{tolerance!r} is no tolerance: give a positive number (0.05 is 5 % for a relative metric)",
+            )
         Metric(metric)
     one = _Rotor(rotor, mu_max, model, options)
     known = mode_names(rotor, model)
     for mode in modes or ():
         if mode not in known:
-            raise ParameterError("mode", mode, f"{mode!r} is not a mode of this rotor{did_you_mean(mode, known)}; it has {', '.join(known)}")
+            raise ParameterError(
+                "mode",
+                mode,
+                f"{mode!r} is not a mode of this rotor{did_you_mean(mode, known)}; it has {', '.join(known)}",
+            )
     return one.limits([(mode, Metric(m), float(t)) for mode in (modes or known) for m, t in tolerances])
 
 
@@ -150,18 +216,25 @@ class _Rotor:
         """Where the functions of μ are not analytic: reversed flow reaching root and tip."""
         if not self.options.get("reversed_flow", False):
             return [0.0, self.mu_max]
-        root, tip = max(float(self.rotor.hinge_offset), float(self.rotor.root_cutout)), float(self.options.get("tip_loss", 1.0))
+        root, tip = (
+            max(float(self.rotor.hinge_offset), float(self.rotor.root_cutout)),
+            float(self.options.get("tip_loss", 1.0)),
+        )
         return [0.0, *(x for x in sorted({root, tip}) if 0.0 < x < self.mu_max), self.mu_max]
 
     def changes(self, f: Callable[[Array], Array]) -> list[float]:
         """Every change of sign of ``f``."""
-        return [x for a, b in zip(self.breaks()[:-1], self.breaks()[1:], strict=True) for x in sign_changes(f, a, b)]
+        return [x for a, b in pairwise(self.breaks()) for x in sign_changes(f, a, b)]
 
     def windows(self) -> list[tuple[float, float, float]]:
         edges = [0.0, *self.changes(lambda mu: _bounded(self.map(mu).discriminant, 0.0)), self.mu_max]
-        spans = [(a, b) for a, b in zip(edges[:-1], edges[1:], strict=True) if b - a > WIDTH]
+        spans = [(a, b) for a, b in pairwise(edges) if b - a > WIDTH]
         state = stability_of(self.map(np.array([0.5 * (a + b) for a, b in spans])))
-        out = [(a, math.inf if b == self.mu_max else b, float(lock)) for (a, b), lock in zip(spans, state, strict=True) if not math.isnan(lock)]
+        out = [
+            (a, math.inf if b == self.mu_max else b, float(lock))
+            for (a, b), lock in zip(spans, state, strict=True)
+            if not math.isnan(lock)
+        ]
         return out
 
     def onset(self) -> float:
@@ -175,29 +248,46 @@ class _Rotor:
         return found[0] if found else math.inf
 
     def splits(self) -> list[float]:
-        return self.changes(lambda mu: _polynomial_discriminant(eigenvalues(simple_model(self.rotor, mu, model=self.model, **self.options))))
+        return self.changes(
+            lambda mu: _polynomial_discriminant(
+                eigenvalues(simple_model(self.rotor, mu, model=self.model, **self.options))
+            )
+        )
 
     def limits(self, wanted: Sequence[tuple[str, Metric, float]]) -> tuple[Limit, ...]:
         windows, splits = self.windows(), self.splits()
         locks = sorted({x for a, b, _ in windows for x in (a, b) if 0.0 < x < math.inf})
         edges = sorted({*self.breaks(), *locks, *splits})
-        graded = [a + (b - a) * 0.5 * (1.0 - np.cos(np.linspace(0.0, math.pi, SAMPLES))) for a, b in zip(edges[:-1], edges[1:], strict=True)]
+        graded = [a + (b - a) * 0.5 * (1.0 - np.cos(np.linspace(0.0, math.pi, SAMPLES))) for a, b in pairwise(edges)]
         mu = np.unique(np.concatenate(graded))
         sampled = self.comparison(mu)
-        crossings = [self._crossings(mu, sampled[mode].by(metric), mode, metric, tolerance) for mode, metric, tolerance in wanted]
+        crossings = [
+            self._crossings(mu, sampled[mode].by(metric), mode, metric, tolerance) for mode, metric, tolerance in wanted
+        ]
         firsts = np.array([ins[0][0] if ins else self.mu_max for ins in crossings])
         there = self.comparison(np.minimum(firsts + 1e-12, self.mu_max))
         out = []
         for i, ((mode, metric, tolerance), intervals) in enumerate(zip(wanted, crossings, strict=True)):
             limit = intervals[0][0] if intervals else math.inf
-            out.append(Limit(
-                mode=mode, metric=metric, tolerance=tolerance, limit=limit, intervals=tuple(intervals), mu_max=self.mu_max,
-                cause=Cause(int(there[mode].cause[i])) if intervals else Cause.NONE, lock=float(there[mode].lock[i]) if intervals else math.nan,
-                lock_edge=_nearest(locks, firsts[i]), split_edge=_nearest(splits, firsts[i]),
-            ))  # fmt: skip
+            out.append(
+                Limit(
+                    mode=mode,
+                    metric=metric,
+                    tolerance=tolerance,
+                    limit=limit,
+                    intervals=tuple(intervals),
+                    mu_max=self.mu_max,
+                    cause=Cause(int(there[mode].cause[i])) if intervals else Cause.NONE,
+                    lock=float(there[mode].lock[i]) if intervals else math.nan,
+                    lock_edge=_nearest(locks, firsts[i]),
+                    split_edge=_nearest(splits, firsts[i]),
+                )
+            )
         return tuple(out)
 
-    def _crossings(self, mu: Array, error: Array, mode: str, metric: Metric, tolerance: float) -> list[tuple[float, float]]:
+    def _crossings(
+        self, mu: Array, error: Array, mode: str, metric: Metric, tolerance: float
+    ) -> list[tuple[float, float]]:
         """Intervals where the error is above the tolerance."""
 
         def excess(x: Array) -> Array:
@@ -210,7 +300,7 @@ class _Rotor:
         ends = [0.0, *roots, self.mu_max]
         failing = bool(value[0] > 0)
         out = []
-        for a, b in zip(ends[:-1], ends[1:], strict=True):
+        for a, b in pairwise(ends):
             if failing and b > a:
                 out.append((a, math.inf if b == self.mu_max else b))
             failing = not failing
@@ -284,7 +374,7 @@ def _bounded(D: Array, level: Array | float) -> Array:
 
 
 def _polynomial_discriminant(roots: NDArray[np.complex128]) -> Array:
-    """Π (s_i - s_j)² of the eigenvalues: real, negative for an odd number of complex pairs; a change of sign is a split."""
+    """Π (s_i - s_j)² of the eigenvalues: real, negative for an odd number of complex pairs."""
     i, j = np.triu_indices(roots.shape[-1], 1)
     return np.asarray(np.prod(roots[..., i] - roots[..., j], axis=-1) ** 2).real
 

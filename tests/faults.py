@@ -17,82 +17,242 @@ class Mutant(NamedTuple):
     tests: str
 
 
-FLAPPING, TPP, MULTIBLADE = "floquet/models/flapping.py", "floquet/models/tip_path_plane.py", "floquet/models/multiblade.py"
+FLAPPING, TPP, MULTIBLADE = (
+    "floquet/models/flapping.py",
+    "floquet/models/tip_path_plane.py",
+    "floquet/models/multiblade.py",
+)
 EXPONENTS, COMPARISON, PERIOD_MAP = "floquet/exponents.py", "floquet/comparison.py", "floquet/period_map.py"
 MODELS = "tests/test_models.py"
 
 #: One integral ∫ U_T^p x^j (x-ε)^k dx and the power b of u in it, with the coefficients it gives.
 INTEGRALS = {
-    (1, 0, 2, 0): "c0", (1, 0, 2, 1): "cs1", (1, 0, 1, 0): "kc1 (J1 of λ)", (1, 0, 1, 1): "ks2 (Q of λ)", (2, 0, 1, 0): "K₁ part of P² (J2 of θ₀)",
-    (2, 0, 1, 1): "ks1 (J1 of θ₀)", (2, 0, 1, 2): "kc2 and μ² of k0 (Q of θ₀)", (2, 1, 1, 0): "J3 of θ_t", (2, 1, 1, 1): "J2 of θ_t",
-    (2, 1, 1, 2): "J1 of θ_t", (1, 1, 1, 0): "J2 of the body rates", (1, 1, 1, 1): "J1 of the body rates",
-}  # fmt: skip
+    (1, 0, 2, 0): "c0",
+    (1, 0, 2, 1): "cs1",
+    (1, 0, 1, 0): "kc1 (J1 of λ)",
+    (1, 0, 1, 1): "ks2 (Q of λ)",
+    (2, 0, 1, 0): "K₁ part of P² (J2 of θ₀)",
+    (2, 0, 1, 1): "ks1 (J1 of θ₀)",
+    (2, 0, 1, 2): "kc2 and μ² of k0 (Q of θ₀)",
+    (2, 1, 1, 0): "J3 of θ_t",
+    (2, 1, 1, 1): "J2 of θ_t",
+    (2, 1, 1, 2): "J1 of θ_t",
+    (1, 1, 1, 0): "J2 of the body rates",
+    (1, 1, 1, 1): "J1 of the body rates",
+}
 FORWARD = "forward = [math.comb(p, b) * self._moment("
 
 coefficients = tuple(
-    Mutant(f"{name} +1 %", FLAPPING, FORWARD, FORWARD.replace("[", f"[(1.01 if (p, j, k, b) == {key} else 1.0) * "), MODELS) for key, name in INTEGRALS.items()
+    Mutant(
+        f"{name} +1 %", FLAPPING, FORWARD, FORWARD.replace("[", f"[(1.01 if (p, j, k, b) == {key} else 1.0) * "), MODELS
+    )
+    for key, name in INTEGRALS.items()
 )
 structure = tuple(
     Mutant(f"{what} +1 %", FLAPPING, old, new, MODELS)
     for what, old, new in (
-        ("1 of P²", "_constant(1.0 + np.asarray(rotor.hinge_stiffness) + m)", "_constant(1.01 + np.asarray(rotor.hinge_stiffness) + m)"),
-        ("κ of P²", "_constant(1.0 + np.asarray(rotor.hinge_stiffness) + m)", "_constant(1.0 + 1.01 * np.asarray(rotor.hinge_stiffness) + m)"),
-        ("m of P²", "_constant(1.0 + np.asarray(rotor.hinge_stiffness) + m)", "_constant(1.0 + np.asarray(rotor.hinge_stiffness) + 1.01 * m)"),
+        (
+            "1 of P²",
+            "_constant(1.0 + np.asarray(rotor.hinge_stiffness) + m)",
+            "_constant(1.01 + np.asarray(rotor.hinge_stiffness) + m)",
+        ),
+        (
+            "κ of P²",
+            "_constant(1.0 + np.asarray(rotor.hinge_stiffness) + m)",
+            "_constant(1.0 + 1.01 * np.asarray(rotor.hinge_stiffness) + m)",
+        ),
+        (
+            "m of P²",
+            "_constant(1.0 + np.asarray(rotor.hinge_stiffness) + m)",
+            "_constant(1.0 + np.asarray(rotor.hinge_stiffness) + 1.01 * m)",
+        ),
         ("K₁", "np.asarray(rotor.pitch_flap_coupling) * pitch", "1.01 * np.asarray(rotor.pitch_flap_coupling) * pitch"),
-        ("flap damping", "_constant(np.asarray(rotor.flap_damping))", "_constant(1.01 * np.asarray(rotor.flap_damping))"),
+        (
+            "flap damping",
+            "_constant(np.asarray(rotor.flap_damping))",
+            "_constant(1.01 * np.asarray(rotor.flap_damping))",
+        ),
         ("A₁c column", "-1.0 * (COSINE @ pitch)", "-1.01 * (COSINE @ pitch)"),
         ("B₁c column", "-1.0 * (SINE @ pitch)", "-1.01 * (SINE @ pitch)"),
         ("2(1+m)", "2.0 * (1.0 + m), (1.0 + m if", "2.02 * (1.0 + m), (1.0 + m if"),
-        ("(1+m) of the body accelerations", "(1.0 + m if physics.kinematic_rates", "(1.01 + m if physics.kinematic_rates"),
+        (
+            "(1+m) of the body accelerations",
+            "(1.0 + m if physics.kinematic_rates",
+            "(1.01 + m if physics.kinematic_rates",
+        ),
         ("ṗ_w column", "acceleration * SINE, acceleration", "1.01 * acceleration * SINE, acceleration"),
-        ("q̇_w column", "acceleration * SINE, acceleration * COSINE", "acceleration * SINE, 1.01 * acceleration * COSINE"),
-        ("s", "_constant(np.asarray(rotor.static_moment_ratio))", "_constant(1.01 * np.asarray(rotor.static_moment_ratio))"),
+        (
+            "q̇_w column",
+            "acceleration * SINE, acceleration * COSINE",
+            "acceleration * SINE, 1.01 * acceleration * COSINE",
+        ),
+        (
+            "s",
+            "_constant(np.asarray(rotor.static_moment_ratio))",
+            "_constant(1.01 * np.asarray(rotor.static_moment_ratio))",
+        ),
     )
 )
 physics = (
-    Mutant("Ω² left out of the rate terms (Ω = 27 rad/s)", FLAPPING, "half * blade.integral(1, 1, 1)", "(half / 27.0**2) * blade.integral(1, 1, 1)", MODELS),
-    Mutant("sign of 2Ω T' in the damping (B5)", MULTIBLADE, "Ti @ (2.0 * T.derivative() + A @ T)", "Ti @ (-2.0 * T.derivative() + A @ T)", MODELS),
-    Mutant("sign of 2Ω t' in the tip-path plane", TPP, "t_plus @ (2.0 * t.derivative() + d @ t)", "t_plus @ (-2.0 * t.derivative() + d @ t)", MODELS),
+    Mutant(
+        "Ω² left out of the rate terms (Ω = 27 rad/s)",
+        FLAPPING,
+        "half * blade.integral(1, 1, 1)",
+        "(half / 27.0**2) * blade.integral(1, 1, 1)",
+        MODELS,
+    ),
+    Mutant(
+        "sign of 2Ω T' in the damping (B5)",
+        MULTIBLADE,
+        "Ti @ (2.0 * T.derivative() + A @ T)",
+        "Ti @ (-2.0 * T.derivative() + A @ T)",
+        MODELS,
+    ),
+    Mutant(
+        "sign of 2Ω t' in the tip-path plane",
+        TPP,
+        "t_plus @ (2.0 * t.derivative() + d @ t)",
+        "t_plus @ (-2.0 * t.derivative() + d @ t)",
+        MODELS,
+    ),
     Mutant("A T' left out of K (B5)", MULTIBLADE, "A @ T.derivative() + B @ T", "B @ T", MODELS),
     Mutant("sign of β_d", MULTIBLADE, "(-1.0) ** np.arange(1, N + 1)", "(-1.0) ** np.arange(N)", MODELS),
-    Mutant("β_d not flipped by the passage", MULTIBLADE, "twist[[N - 1, 2 * N - 1]] = -1.0", "twist[[N - 1, 2 * N - 1]] = 1.0", MODELS),
+    Mutant(
+        "β_d not flipped by the passage",
+        MULTIBLADE,
+        "twist[[N - 1, 2 * N - 1]] = -1.0",
+        "twist[[N - 1, 2 * N - 1]] = 1.0",
+        MODELS,
+    ),
     Mutant("signs of a₁ and b₁", TPP, "[[-1.0, 0.0]], [[0.0, -1.0]]", "[[1.0, 0.0]], [[0.0, 1.0]]", MODELS),
     Mutant("truncated where exact is asked", FLAPPING, "physics.exact_offset | (cutout", "False | (cutout", MODELS),
     Mutant("inner reversed region forgotten", FLAPPING, "- 2.0 * inboard[b]", "- 1.0 * inboard[b]", MODELS),
-    Mutant("outer reversed region forgotten", FLAPPING, "-1.0 * ahead, between, ahead]", "ahead, between, ahead]", MODELS),
-    Mutant("odd harmonics kept in teetering", "floquet/models/teetering.py", "0.5 * (matrix + matrix.shifted(math.pi))", "matrix", MODELS),
+    Mutant(
+        "outer reversed region forgotten", FLAPPING, "-1.0 * ahead, between, ahead]", "ahead, between, ahead]", MODELS
+    ),
+    Mutant(
+        "odd harmonics kept in teetering",
+        "floquet/models/teetering.py",
+        "0.5 * (matrix + matrix.shifted(math.pi))",
+        "matrix",
+        MODELS,
+    ),
 )
 branch = (
-    Mutant("lift: integer", EXPONENTS, "np.round(phi.turns - fraction)", "(np.round(phi.turns - fraction) + 1.0)", "tests/test_exponents.py"),
+    Mutant(
+        "lift: integer",
+        EXPONENTS,
+        "np.round(phi.turns - fraction)",
+        "(np.round(phi.turns - fraction) + 1.0)",
+        "tests/test_exponents.py",
+    ),
     Mutant("lift: integer dropped", EXPONENTS, "np.round(phi.turns - fraction)", "0.0", "tests/test_exponents.py"),
-    Mutant("lift: sign", EXPONENTS, "-np.sign(phi.hill[:, 1, 0])", "np.sign(phi.hill[:, 1, 0])", "tests/test_exponents.py"),
-    Mutant("turns: sense", PERIOD_MAP, "a[:, 1] * b[:, 0] - a[:, 0] * b[:, 1]", "a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]", "tests/test_exponents.py"),
+    Mutant(
+        "lift: sign", EXPONENTS, "-np.sign(phi.hill[:, 1, 0])", "np.sign(phi.hill[:, 1, 0])", "tests/test_exponents.py"
+    ),
+    Mutant(
+        "turns: sense",
+        PERIOD_MAP,
+        "a[:, 1] * b[:, 0] - a[:, 0] * b[:, 1]",
+        "a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]",
+        "tests/test_exponents.py",
+    ),
     Mutant("lock claimed without growth", EXPONENTS, "locked = D > b", "locked = D > -b", "tests/test_exponents.py"),
     Mutant("kick at a jump of the damping", PERIOD_MAP, "kicks = 0.5 * d.jumps()", "kicks = 0.0 * d.jumps()", MODELS),
-    Mutant("Hill form: d'/2", PERIOD_MAP, "k - 0.5 * d.derivative()", "k - 0.4 * d.derivative()", "tests/test_exponents.py"),
+    Mutant(
+        "Hill form: d'/2", PERIOD_MAP, "k - 0.5 * d.derivative()", "k - 0.4 * d.derivative()", "tests/test_exponents.py"
+    ),
 )
 bounds = (
-    Mutant("bound of a blade divided by ten", EXPONENTS, "_hill_bound(phi, root) / T", "0.1 * _hill_bound(phi, root) / T", "tests/test_exponents.py"),
-    Mutant("bound of factors divided by ten", EXPONENTS, "relative = radius / np.abs(values)", "relative = 0.1 * radius / np.abs(values)", "tests/test_exponents.py"),
-    Mutant("truncation left out of the bound", PERIOD_MAP, "_norm((F - panel(gauss_rule(COARSE_NODES))) * balance)", "0.0", "tests/test_exponents.py"),
-    Mutant("square root at branch points", EXPONENTS, "near = np.sqrt(size) + np.sqrt(size + b)", "near = size + b", "tests/test_exponents.py"),
-    Mutant("Liouville always content", EXPONENTS, "np.abs(det - 1.0), rho", "0.0 * det, rho", "tests/test_exponents.py"),
+    Mutant(
+        "bound of a blade divided by ten",
+        EXPONENTS,
+        "_hill_bound(phi, root) / T",
+        "0.1 * _hill_bound(phi, root) / T",
+        "tests/test_exponents.py",
+    ),
+    Mutant(
+        "bound of factors divided by ten",
+        EXPONENTS,
+        "relative = radius / np.abs(values)",
+        "relative = 0.1 * radius / np.abs(values)",
+        "tests/test_exponents.py",
+    ),
+    Mutant(
+        "truncation left out of the bound",
+        PERIOD_MAP,
+        "_norm((F - panel(gauss_rule(COARSE_NODES))) * balance)",
+        "0.0",
+        "tests/test_exponents.py",
+    ),
+    Mutant(
+        "square root at branch points",
+        EXPONENTS,
+        "near = np.sqrt(size) + np.sqrt(size + b)",
+        "near = size + b",
+        "tests/test_exponents.py",
+    ),
+    Mutant(
+        "Liouville always content", EXPONENTS, "np.abs(det - 1.0), rho", "0.0 * det, rho", "tests/test_exponents.py"
+    ),
 )
 MIRROR = "mirror = -2.0 * lock - k"
 pairing = (
     *(
-        Mutant(f"pairing rule of a lock at {rho}", COMPARISON, MIRROR, f"mirror = np.where(lock == {rho}, {wrong}, -2.0 * lock - k)", "tests/test_comparison.py")
+        Mutant(
+            f"pairing rule of a lock at {rho}",
+            COMPARISON,
+            MIRROR,
+            f"mirror = np.where(lock == {rho}, {wrong}, -2.0 * lock - k)",
+            "tests/test_comparison.py",
+        )
         for rho, wrong in ((0.0, "9.0"), (0.5, "9.0"), (1.0, "9.0"), (1.5, "1.0 * k"))
     ),
-    Mutant("mean of a lock", COMPARISON, "mean = sigma.mean(axis=-1)", "mean = sigma.max(axis=-1)", "tests/test_comparison.py"),
-    Mutant("regressing above ρ", COMPARISON, "frequency = np.where(reals, 0.0, rho + k)", "frequency = np.where(reals, 0.0, rho - k)", "tests/test_comparison.py"),
+    Mutant(
+        "mean of a lock",
+        COMPARISON,
+        "mean = sigma.mean(axis=-1)",
+        "mean = sigma.max(axis=-1)",
+        "tests/test_comparison.py",
+    ),
+    Mutant(
+        "regressing above ρ",
+        COMPARISON,
+        "frequency = np.where(reals, 0.0, rho + k)",
+        "frequency = np.where(reals, 0.0, rho - k)",
+        "tests/test_comparison.py",
+    ),
     Mutant("pairing in order, not by cost", COMPARISON, "s[_nearest(z, s)]", "s", "tests/test_comparison.py"),
-    Mutant("largest of two distances", COMPARISON, "np.abs(a).max(axis=-1), np.sqrt", "np.abs(a).min(axis=-1), np.sqrt", "tests/test_validity.py tests/test_comparison.py"),
-    Mutant("joint pairs unnamed", COMPARISON, "> np.abs(s2.imag).sum(axis=-1) + REAL", "< np.abs(s2.imag).sum(axis=-1) - REAL", "tests/test_comparison.py"),
+    Mutant(
+        "largest of two distances",
+        COMPARISON,
+        "np.abs(a).max(axis=-1), np.sqrt",
+        "np.abs(a).min(axis=-1), np.sqrt",
+        "tests/test_validity.py tests/test_comparison.py",
+    ),
+    Mutant(
+        "joint pairs unnamed",
+        COMPARISON,
+        "> np.abs(s2.imag).sum(axis=-1) + REAL",
+        "< np.abs(s2.imag).sum(axis=-1) - REAL",
+        "tests/test_comparison.py",
+    ),
 )
 roots = (
-    Mutant("extrema between nodes ignored", "floquet/validity.py", "real = np.clip(turning.real[", "real = 0.0 * np.clip(turning.real[", "tests/test_validity.py"),
-    Mutant("growth confused with lock", "floquet/validity.py", "np.sinh(phi.mean * phi.period) ** 2", "0.0 * phi.mean", "tests/test_validity.py"),
+    Mutant(
+        "extrema between nodes ignored",
+        "floquet/validity.py",
+        "real = np.clip(turning.real[",
+        "real = 0.0 * np.clip(turning.real[",
+        "tests/test_validity.py",
+    ),
+    Mutant(
+        "growth confused with lock",
+        "floquet/validity.py",
+        "np.sinh(phi.mean * phi.period) ** 2",
+        "0.0 * phi.mean",
+        "tests/test_validity.py",
+    ),
 )
 
 FAULTS: tuple[Mutant, ...] = (*coefficients, *structure, *physics, *branch, *bounds, *pairing, *roots)

@@ -32,7 +32,12 @@ def oracle_system(case: dict[str, Any]) -> PeriodicSystem:
     if case["kind"] == "meissner":
         return meissner(float(p["delta"]), float(p["e"]), float(p["damping"]))
     eps = float(p.get("eps", 0))
-    values = {"lock_number": float(p["gamma"]), "hinge_offset": eps, "hinge_stiffness": float(p.get("kbeta", 0)), "pitch_flap_coupling": float(p.get("K1", 0))}
+    values = {
+        "lock_number": float(p["gamma"]),
+        "hinge_offset": eps,
+        "hinge_stiffness": float(p.get("kbeta", 0)),
+        "pitch_flap_coupling": float(p.get("K1", 0)),
+    }
     if case["kind"] == "teetering":
         return teetering(Rotor(blades=2, hub=Hub.TEETERING, **values), float(p["mu"]))
     m = 1.5 * eps / (1.0 - eps) if p.get("eMI") == "uniform_exact" else None
@@ -42,7 +47,9 @@ def oracle_system(case: dict[str, Any]) -> PeriodicSystem:
 
 def oracle_exponents(case: dict[str, Any]) -> tuple[NDArray[np.complex128], float]:
     """Exponents and the strip they are known modulo."""
-    return np.array([complex(float(a), float(b)) for a, b in case["exponents"]]), float(case["exponent_mod"].rstrip("i") or 1)
+    return np.array([complex(float(a), float(b)) for a, b in case["exponents"]]), float(
+        case["exponent_mod"].rstrip("i") or 1
+    )
 
 
 def distances(found: Any, expected: Any, strip: float = np.inf) -> NDArray[np.float64]:

@@ -54,7 +54,9 @@ def test_second_order_is_first_order_of_the_state() -> None:
     A = np.zeros((p, 2 * n, 2 * n))
     A[:, :n, n:], A[:, n:, :n], A[:, n:, n:] = np.eye(n), -K, -D
     args = np.array([h]), gauss_rule(p)
-    np.testing.assert_allclose(second_order_panel(D[None], K[None], *args), first_order_panel(A[None], *args), atol=1e-12)
+    np.testing.assert_allclose(
+        second_order_panel(D[None], K[None], *args), first_order_panel(A[None], *args), atol=1e-12
+    )
 
 
 def test_a_panel_without_length_is_the_identity() -> None:

@@ -19,15 +19,28 @@ TEETERING = Rotor(lock_number=6.0, blades=2, hub=Hub.TEETERING)
 
 def locked_state(rho: float, s1: float, s2: float) -> Stability:
     """A blade locked at rho, as stability() would report it."""
-    return Stability(exponents=np.array([s1 + 1j * rho, s2 + 1j * rho]), multipliers=None, exponent_errors=None, determinant_defect=0.0, rotation_number=rho,
-                     lock=rho, verdict=0, reason=0, method=0, panels=0, period=2 * math.pi)  # fmt: skip
+    return Stability(
+        exponents=np.array([s1 + 1j * rho, s2 + 1j * rho]),
+        multipliers=None,
+        exponent_errors=None,
+        determinant_defect=0.0,
+        rotation_number=rho,
+        lock=rho,
+        verdict=0,
+        reason=0,
+        method=0,
+        panels=0,
+        period=2 * math.pi,
+    )
 
 
 # ---------------------------------------------------------------------- published and derived numbers
 @pytest.mark.parametrize(("harmonics", "error", "digits"), [(1, 0.034, 1e-3), (2, 0.00083, 1e-5), (3, 8e-6, 5e-7)])
 def test_averaged_models_of_3_5_and_7_blades(harmonics: int, error: float, digits: float) -> None:
     """γ = 8, μ = .3: 3.4 %, 0.083 % and 8e-6 for the regressing mode."""
-    assert compare(Rotor(lock_number=8.0), 0.3, harmonics=harmonics)["regressing"].error == pytest.approx(error, abs=digits)
+    assert compare(Rotor(lock_number=8.0), 0.3, harmonics=harmonics)["regressing"].error == pytest.approx(
+        error, abs=digits
+    )
 
 
 def test_frequency_alone_would_say_more() -> None:
@@ -43,10 +56,16 @@ def test_teetering_regressing_error(mu: float, error: float) -> None:
     assert compare(TEETERING, mu)["regressing"].error == pytest.approx(error, rel=0.005)
 
 
-@pytest.mark.parametrize(("rotor", "mode", "order"), [
-    (Rotor(lock_number=8.0), "regressing", 2), (Rotor(lock_number=8.0), "advancing", 2), (Rotor(lock_number=8.0), "coning", 4),
-    (TEETERING, "regressing", 4), (TEETERING, "advancing", 4),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("rotor", "mode", "order"),
+    [
+        (Rotor(lock_number=8.0), "regressing", 2),
+        (Rotor(lock_number=8.0), "advancing", 2),
+        (Rotor(lock_number=8.0), "coning", 4),
+        (TEETERING, "regressing", 4),
+        (TEETERING, "advancing", 4),
+    ],
+)
 def test_order_of_the_error_in_mu(rotor: Rotor, mode: str, order: int) -> None:
     """O(μ²) for regressing and advancing, O(μ⁴) for coning and the teetering rotor."""
     small, large = (compare(rotor, mu)[mode].error for mu in (0.02, 0.04))
@@ -54,7 +73,11 @@ def test_order_of_the_error_in_mu(rotor: Rotor, mode: str, order: int) -> None:
 
 
 def test_hover_is_exact() -> None:
-    for rotor in (Rotor(lock_number=8.0, hinge_offset=0.1, pitch_flap_coupling=0.2), Rotor(lock_number=20.0), TEETERING):
+    for rotor in (
+        Rotor(lock_number=8.0, hinge_offset=0.1, pitch_flap_coupling=0.2),
+        Rotor(lock_number=20.0),
+        TEETERING,
+    ):
         for mode in compare(rotor, 0.0).modes:
             assert mode.error < 1e-7, mode.name  # √eps: at hover the overdamped and the cyclic pairs may be double
 
@@ -65,7 +88,9 @@ def test_targets_outside_a_lock() -> None:
     alpha, rho = -0.5, c.stability.rotation_number
     for mode, k in zip(c.modes, (-1, 0, 1), strict=False):
         assert mode.rule == Rule.PAIRED
-        np.testing.assert_allclose(sorted(mode.exact, key=lambda z: z.imag), [alpha - 1j * abs(rho + k), alpha + 1j * abs(rho + k)], atol=1e-14)
+        np.testing.assert_allclose(
+            sorted(mode.exact, key=lambda z: z.imag), [alpha - 1j * abs(rho + k), alpha + 1j * abs(rho + k)], atol=1e-14
+        )
     np.testing.assert_allclose(np.sort(c["differential"].exact.imag), [-rho, rho], atol=1e-14)
 
 
@@ -76,10 +101,24 @@ MEAN = 0.5 * (S1 + S2)
 @pytest.mark.parametrize(
     ("rho", "expected"),
     [
-        (1.0, {-1: (Rule.REALS, {S1, S2}), 0: (Rule.MEAN, {MEAN + 1j, MEAN - 1j}), 1: (Rule.MEAN, {MEAN + 2j, MEAN - 2j})}),
+        (
+            1.0,
+            {
+                -1: (Rule.REALS, {S1, S2}),
+                0: (Rule.MEAN, {MEAN + 1j, MEAN - 1j}),
+                1: (Rule.MEAN, {MEAN + 2j, MEAN - 2j}),
+            },
+        ),
         (0.5, {-1: (Rule.JOINT, None), 0: (Rule.JOINT, None), 1: (Rule.MEAN, {MEAN + 1.5j, MEAN - 1.5j})}),
         (0.0, {-1: (Rule.JOINT, None), 0: (Rule.REALS, {S1, S2}), 1: (Rule.JOINT, None)}),
-        (1.5, {-1: (Rule.MEAN, {MEAN + 0.5j, MEAN - 0.5j}), 0: (Rule.MEAN, {MEAN + 1.5j, MEAN - 1.5j}), 1: (Rule.MEAN, {MEAN + 2.5j, MEAN - 2.5j})}),
+        (
+            1.5,
+            {
+                -1: (Rule.MEAN, {MEAN + 0.5j, MEAN - 0.5j}),
+                0: (Rule.MEAN, {MEAN + 1.5j, MEAN - 1.5j}),
+                1: (Rule.MEAN, {MEAN + 2.5j, MEAN - 2.5j}),
+            },
+        ),
     ],
 )
 def test_targets_inside_each_kind_of_lock(rho: float, expected: dict[int, tuple[Rule, set[complex] | None]]) -> None:
@@ -111,7 +150,9 @@ def test_teetering_locks() -> None:
 def test_pairing_is_the_cheapest_of_all() -> None:
     """Against every permutation, at points inside and outside locks."""
     for gamma, mu in ((8.0, 0.3), (12.0, 0.4), (7.12, 0.3), (16.0, 0.5), (4.0, 0.9)):
-        modes = [m for m in compare(Rotor(lock_number=gamma, hinge_stiffness=0.1), mu).modes if m.name != "differential"]
+        modes = [
+            m for m in compare(Rotor(lock_number=gamma, hinge_stiffness=0.1), mu).modes if m.name != "differential"
+        ]
         exact, simple = (np.concatenate([getattr(m, part) for m in modes]) for part in ("exact", "simple"))
         cost = np.abs(exact[:, None] - simple[None, :])
         best = min(sum(cost[i, p] for i, p in enumerate(order)) for order in permutations(range(6)))
@@ -132,13 +173,16 @@ def test_a_joint_pair_is_named_by_the_simple_frequencies() -> None:
 
 
 # ---------------------------------------------------------------------- causes
-@pytest.mark.parametrize(("rotor", "mu", "cause"), [
-    (Rotor(lock_number=8.0), 0.3, Cause.DRIFT),
-    (Rotor(lock_number=12.0), 0.3, Cause.LOCK),
-    (Rotor(lock_number=9.374, hinge_stiffness=0.0516), 0.7, Cause.TPP_SPLIT),
-    (Rotor(lock_number=7.12, hinge_stiffness=0.1932311), 0.39, Cause.DRIFT_IN_LOCK),
-    (Rotor(lock_number=8.0), 1.4, Cause.STABILITY),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("rotor", "mu", "cause"),
+    [
+        (Rotor(lock_number=8.0), 0.3, Cause.DRIFT),
+        (Rotor(lock_number=12.0), 0.3, Cause.LOCK),
+        (Rotor(lock_number=9.374, hinge_stiffness=0.0516), 0.7, Cause.TPP_SPLIT),
+        (Rotor(lock_number=7.12, hinge_stiffness=0.1932311), 0.39, Cause.DRIFT_IN_LOCK),
+        (Rotor(lock_number=8.0), 1.4, Cause.STABILITY),
+    ],
+)
 def test_causes(rotor: Rotor, mu: float, cause: Cause) -> None:
     assert compare(rotor, mu)["regressing"].cause == cause
 
@@ -147,7 +191,11 @@ def test_causes(rotor: Rotor, mu: float, cause: Cause) -> None:
 def test_arrays_and_scalars_agree() -> None:
     mu = np.array([0.1, 0.3, 0.9])
     many = compare(Rotor(lock_number=np.array([[6.0], [12.0]])), mu)
-    assert many["coning"].exact.shape == (2, 3, 2) and many["coning"].errors.shape == (2, 3, 4) and many["coning"].rule.shape == (2, 3)
+    assert (
+        many["coning"].exact.shape == (2, 3, 2)
+        and many["coning"].errors.shape == (2, 3, 4)
+        and many["coning"].rule.shape == (2, 3)
+    )
     for i, gamma in enumerate((6.0, 12.0)):
         for j, m in enumerate(mu):
             one = compare(Rotor(lock_number=gamma), float(m))
@@ -159,7 +207,10 @@ def test_arrays_and_scalars_agree() -> None:
 
 def test_exact_side_is_the_blade() -> None:
     rotor = Rotor(lock_number=9.0, hinge_offset=0.1)
-    assert compare(rotor, 0.4, exact_offset=True).stability.rotation_number == stability(flapping(rotor, 0.4, exact_offset=True)).rotation_number
+    assert (
+        compare(rotor, 0.4, exact_offset=True).stability.rotation_number
+        == stability(flapping(rotor, 0.4, exact_offset=True)).rotation_number
+    )
 
 
 def test_bad_input_is_one_sentence() -> None:

@@ -13,7 +13,15 @@ import pytest
 
 from floquet.exponents import Reason, Verdict, exponents, stability
 from floquet.models import flapping, multiblade, teetering, tip_path_plane
-from floquet.models.textbook import bittanti_colaneri, colaneri, hill_sawtooth, mathieu, meissner, rotating_frame, zhou_hagiwara
+from floquet.models.textbook import (
+    bittanti_colaneri,
+    colaneri,
+    hill_sawtooth,
+    mathieu,
+    meissner,
+    rotating_frame,
+    zhou_hagiwara,
+)
 from floquet.period_map import Method, PeriodMap, period_map, trace_and_discriminant_errors
 from floquet.periodic import TWO_PI, PeriodicMatrix, PeriodicSystem
 from floquet.rotor import Hub, Rotor
@@ -44,21 +52,43 @@ def test_oracle(case: dict[str, Any]) -> None:
         (mathieu(1.0, 0.1), [0.0499415701984130306 + 1j, -0.0499415701984130306 + 1j], 2.0, 1e-14),
         (mathieu(2.0, 1.0), [0.783423743452122748j, -0.783423743452122748j], 2.0, 1e-14),
         (mathieu(1.0, 0.1, 0.4), [-0.153489672625928869 + 1j, -0.246510327374071131 + 1j], 2.0, 1e-14),
-        (meissner(1.0, -0.2, period=math.pi, fraction=1 / 3), [0.04137974466122074514 + 1j, -0.04137974466122074514 + 1j], 2.0, 1e-14),
-        (meissner(1.0, -0.2, 0.4, period=math.pi, fraction=1 / 3), [-0.1479830793372450666 + 1j, -0.2520169206627549334 + 1j], 2.0, 1e-14),
+        (
+            meissner(1.0, -0.2, period=math.pi, fraction=1 / 3),
+            [0.04137974466122074514 + 1j, -0.04137974466122074514 + 1j],
+            2.0,
+            1e-14,
+        ),
+        (
+            meissner(1.0, -0.2, 0.4, period=math.pi, fraction=1 / 3),
+            [-0.1479830793372450666 + 1j, -0.2520169206627549334 + 1j],
+            2.0,
+            1e-14,
+        ),
         (hill_sawtooth(1.0, -0.2), [0.03181501124429217672 + 1j, -0.03181501124429217672 + 1j], 2.0, 1e-14),
         (hill_sawtooth(1.0, -0.2, 0.4), [-0.1747074564257013832 + 1j, -0.2252925435742986168 + 1j], 2.0, 1e-14),
         (colaneri(), [0.0, -24.0], 1.0, 1e-9),
         (zhou_hagiwara(), [-1.0, -2.0], 2.0, 1e-13),
         (zhou_hagiwara(math.pi / 2), [-1.0 + 2j, -2.0 + 2j], 4.0, 1e-13),
         (bittanti_colaneri(), [-1.0, -3.0], 1.0, 1e-13),
-        (flapping(Rotor(lock_number=12.0), 1.0), [-0.75 + 0.242768241924562140j, -0.75 - 0.242768241924562140j], 1.0, 1e-14),
+        (
+            flapping(Rotor(lock_number=12.0), 1.0),
+            [-0.75 + 0.242768241924562140j, -0.75 - 0.242768241924562140j],
+            1.0,
+            1e-14,
+        ),
         (flapping(Rotor(lock_number=12.0), 2.0), [0.565398702951843120, -2.065398702951843119], 1.0, 1e-13),
-        (flapping(Rotor(lock_number=8.0), 0.5), [-0.5 + 0.163937751138592147j, -0.5 - 0.163937751138592147j], 1.0, 1e-14),
+        (
+            flapping(Rotor(lock_number=8.0), 0.5),
+            [-0.5 + 0.163937751138592147j, -0.5 - 0.163937751138592147j],
+            1.0,
+            1e-14,
+        ),
     ],
     ids=lambda x: x.name if isinstance(x, PeriodicSystem) else "",
-)  # fmt: skip
-def test_problems_with_known_answers(system: PeriodicSystem, expected: list[complex], strip: float, goal: float) -> None:
+)
+def test_problems_with_known_answers(
+    system: PeriodicSystem, expected: list[complex], strip: float, goal: float
+) -> None:
     found = stability(system)
     error = distances(found.exponents, expected, strip)
     assert error.max() <= goal
@@ -147,8 +177,12 @@ def test_bounds_are_useful_away_from_branch_points() -> None:
     """At most 1e-11 where the discriminant exceeds 1e-3."""
     rng = np.random.default_rng(7)
     n = 400
-    rotor = Rotor(lock_number=rng.uniform(2, 16, n), hinge_offset=rng.uniform(0, 0.2, n), hinge_stiffness=rng.uniform(0, 0.5, n),
-                  pitch_flap_coupling=rng.uniform(-0.5, 0.5, n))  # fmt: skip
+    rotor = Rotor(
+        lock_number=rng.uniform(2, 16, n),
+        hinge_offset=rng.uniform(0, 0.2, n),
+        hinge_stiffness=rng.uniform(0, 0.5, n),
+        pitch_flap_coupling=rng.uniform(-0.5, 0.5, n),
+    )
     phi = period_map(flapping(rotor, rng.uniform(0, 1, n)))
     away = np.abs(phi.discriminant) > 1e-3
     assert away.sum() > 0.9 * n
@@ -170,7 +204,9 @@ def test_determinant_defect_can_fail() -> None:
 def test_rotation_number_counts_turns() -> None:
     """Constant coefficients: ρ = √(k - d²/4), whatever its size; many turns a period included."""
     stiffness = np.array([0.1, 1.0, 4.3, 30.0, 400.0])
-    system = PeriodicSystem(period=TWO_PI, damping=PeriodicMatrix.constant([[0.2]]), stiffness=PeriodicMatrix.scalar(mean=stiffness))
+    system = PeriodicSystem(
+        period=TWO_PI, damping=PeriodicMatrix.constant([[0.2]]), stiffness=PeriodicMatrix.scalar(mean=stiffness)
+    )
     found = stability(system)
     np.testing.assert_allclose(found.rotation_number, np.sqrt(stiffness - 0.01), atol=1e-12)
     np.testing.assert_allclose(found.exponents[:, 0], -0.1 + 1j * np.sqrt(stiffness - 0.01), atol=1e-12)
@@ -219,7 +255,9 @@ def test_constant_systems_have_eigenvalues_and_no_period() -> None:
     s = stability(tip_path_plane(Rotor(lock_number=8.0), 0.3))
     expected = [-0.5131 + 0.1403j, -0.4982 + 0.8428j, -0.4887 + 1.8548j]
     assert distances(s.exponents, [*expected, *np.conj(expected)]).max() < 1e-4  # table 4, four decimals
-    assert math.isnan(s.period) and math.isnan(s.lock) and np.isnan(s.multipliers).all() and s.method == Method.EIGENVALUES
+    assert (
+        math.isnan(s.period) and math.isnan(s.lock) and np.isnan(s.multipliers).all() and s.method == Method.EIGENVALUES
+    )
     assert np.all(s.exponent_errors < 1e-12)
 
 
@@ -232,7 +270,9 @@ def test_start_azimuth_does_not_matter() -> None:
     system = flapping(Rotor(lock_number=9.0, hinge_offset=0.1), 0.7)
     assert system.damping is not None and system.stiffness is not None
     for angle in (0.7, 2.0, 4.4):
-        moved = PeriodicSystem(period=TWO_PI, damping=system.damping.shifted(angle), stiffness=system.stiffness.shifted(angle))
+        moved = PeriodicSystem(
+            period=TWO_PI, damping=system.damping.shifted(angle), stiffness=system.stiffness.shifted(angle)
+        )
         np.testing.assert_allclose(stability(moved).exponents, stability(system).exponents, atol=1e-13)
 
 
@@ -247,8 +287,7 @@ def test_a_case_alone_gives_the_same_bits() -> None:
             assert one.exponent_errors.tobytes() == many.exponent_errors[i : i + 1].tobytes()
 
 
-
-# ---------------------------------------------------------------------- 30 digits, and many blades in extended precision
+# ---------------------------------------------------------------------- 30 digits, many blades in 80 bits
 def generated() -> list[dict[str, Any]]:
     cases: list[dict[str, Any]] = json.loads((REFERENCE / "exponents.json").read_text())["cases"]
     return cases
@@ -266,8 +305,19 @@ def test_generated_reference(name: str) -> None:
             found, strip = stability(multiblade(blades, mu)), 1.0
         else:
             p = dict(case["parameters"])
-            found, strip = stability(flapping(Rotor(**{k: v for k, v in p.items() if k != "advance_ratio"}), p["advance_ratio"], **case["options"])), math.inf
-            assert found.rotation_number == pytest.approx(float(case["rotation_number"]), abs=float(np.max(found.exponent_errors)) + 1e-14)
+            found, strip = (
+                stability(
+                    flapping(
+                        Rotor(**{k: v for k, v in p.items() if k != "advance_ratio"}),
+                        p["advance_ratio"],
+                        **case["options"],
+                    )
+                ),
+                math.inf,
+            )
+            assert found.rotation_number == pytest.approx(
+                float(case["rotation_number"]), abs=float(np.max(found.exponent_errors)) + 1e-14
+            )
             assert (case["lock"] is None) == math.isnan(found.lock)
         error = distances(found.exponents, [complex(float(a), float(b)) for a, b in case["exponents"]], strip)
         assert np.all(error <= found.exponent_errors), case["id"]
@@ -277,7 +327,7 @@ def test_generated_reference(name: str) -> None:
 
 @pytest.mark.skipif(not extended.available(), reason="long double is no longer than double on this machine")
 def test_bounds_hold_and_are_not_idle_on_many_blades() -> None:
-    """1000 random blades against 80-bit integration: no error above its bound, bounds at most 100 times the median error."""
+    """1000 random blades against 80-bit integration: no error above its bound, bounds 100 times the median at most."""
     rng = np.random.default_rng(9)
     n = 1000
     gamma, eps, kappa, K1, mu = (rng.uniform(a, b, n) for a, b in ((2, 24), (0, 0.2), (0, 0.5), (-0.5, 0.5), (0, 1.5)))
@@ -291,11 +341,23 @@ def test_bounds_hold_and_are_not_idle_on_many_blades() -> None:
     assert bound[np.abs(D) > 1e-3].max() <= 1e-11
 
 
-@pytest.mark.parametrize("M", [[[0.5, 2.0], [0.1, 0.6]], [[0.5, 2.0], [-0.1, 0.6]], [[0.9, 5.0], [0.0, 1e-4]]], ids=["real", "complex", "clusters"])
+@pytest.mark.parametrize(
+    "M",
+    [[[0.5, 2.0], [0.1, 0.6]], [[0.5, 2.0], [-0.1, 0.6]], [[0.9, 5.0], [0.0, 1e-4]]],
+    ids=["real", "complex", "clusters"],
+)
 def test_bound_of_factors_covers_perturbations_and_is_not_ten_times_them(M: list[list[float]]) -> None:
     """Move a one-factor map by its stated error in many directions: inside one cluster and across two."""
     size, F = 1e-9, np.array([M])
-    phi = PeriodMap(method=Method.FACTORS, period=1.0, shape=(1,), mean=np.zeros(1), panels=np.ones(1, np.int32), factors=(F,), errors=(np.array([size]),))
+    phi = PeriodMap(
+        method=Method.FACTORS,
+        period=1.0,
+        shape=(1,),
+        mean=np.zeros(1),
+        panels=np.ones(1, np.int32),
+        factors=(F,),
+        errors=(np.array([size]),),
+    )
     found, rng, moved = exponents(phi).exponents[0], np.random.default_rng(11), np.zeros(2)
     for delta in rng.normal(size=(1500, 2, 2)):
         values = np.log(np.linalg.eigvals(F[0] + size * delta / np.linalg.norm(delta)).astype(complex))

@@ -20,18 +20,34 @@ RELATIVE = 1e-14  # tables are sums of at most ten products
 ROTORS = [
     {"lock_number": 8.0},
     {"lock_number": 5.0, "hinge_offset": 0.15, "hinge_stiffness": 0.2, "pitch_flap_coupling": 0.3},
-    {"lock_number": 12.0, "hinge_offset": 0.05, "pitch_flap_coupling": -0.2, "offset_mass_ratio": 0.1, "static_moment_ratio": 1.7, "flap_damping": 0.07},
+    {
+        "lock_number": 12.0,
+        "hinge_offset": 0.05,
+        "pitch_flap_coupling": -0.2,
+        "offset_mass_ratio": 0.1,
+        "static_moment_ratio": 1.7,
+        "flap_damping": 0.07,
+    },
 ]
 
 
 def coefficients(rotor: Rotor, mu: float, *, exact: bool = False) -> closed_forms.Coefficients:
     form = closed_forms.exact if exact else closed_forms.truncated
-    c = form(rotor.lock_number, rotor.hinge_offset, rotor.hinge_stiffness, rotor.pitch_flap_coupling, mu, rotor.offset_mass_ratio)
+    c = form(
+        rotor.lock_number,
+        rotor.hinge_offset,
+        rotor.hinge_stiffness,
+        rotor.pitch_flap_coupling,
+        mu,
+        rotor.offset_mass_ratio,
+    )
     return c | {"c0": c["c0"] + rotor.flap_damping}
 
 
 def forcing(rotor: Rotor, mu: float, **options: bool) -> closed_forms.Forcing:
-    return closed_forms.forcing(rotor.lock_number, rotor.hinge_offset, mu, rotor.offset_mass_ratio, rotor.static_moment_ratio, **options)
+    return closed_forms.forcing(
+        rotor.lock_number, rotor.hinge_offset, mu, rotor.offset_mass_ratio, rotor.static_moment_ratio, **options
+    )
 
 
 @pytest.mark.parametrize("rotor", [Rotor(**r) for r in ROTORS])
@@ -41,28 +57,60 @@ def test_flapping_is_equation_1(rotor: Rotor, exact: bool, mu: float) -> None:
     system = flapping(rotor, mu, exact_offset=exact)
     c = coefficients(rotor, mu, exact=exact)
     assert system.damping is not None and system.stiffness is not None and system.forcing is not None
-    np.testing.assert_allclose(system.damping.sample(PSI)[:, 0, 0], [closed_forms.blade_damping(c, p) for p in PSI], rtol=RELATIVE, atol=RELATIVE)
-    np.testing.assert_allclose(system.stiffness.sample(PSI)[:, 0, 0], [closed_forms.blade_stiffness(c, p) for p in PSI], rtol=RELATIVE, atol=RELATIVE)
+    np.testing.assert_allclose(
+        system.damping.sample(PSI)[:, 0, 0],
+        [closed_forms.blade_damping(c, p) for p in PSI],
+        rtol=RELATIVE,
+        atol=RELATIVE,
+    )
+    np.testing.assert_allclose(
+        system.stiffness.sample(PSI)[:, 0, 0],
+        [closed_forms.blade_stiffness(c, p) for p in PSI],
+        rtol=RELATIVE,
+        atol=RELATIVE,
+    )
     f = forcing(rotor, mu, exact_offset=exact)
-    np.testing.assert_allclose(system.forcing.sample(PSI)[:, 0], [closed_forms.blade_forcing(f, p) for p in PSI], rtol=RELATIVE, atol=RELATIVE)
+    np.testing.assert_allclose(
+        system.forcing.sample(PSI)[:, 0], [closed_forms.blade_forcing(f, p) for p in PSI], rtol=RELATIVE, atol=RELATIVE
+    )
 
 
 BLADES = [
-    {"eps": 0.0, "mu": 0.3}, {"eps": 0.15, "K1": 0.3, "mu": 0.4}, {"eps": 0.1, "mu": 1.2, "K1": -0.2, "tip_loss": 0.96},
-    {"eps": 0.05, "mu": 2.5, "root_cutout": 0.2, "flap_damping": 0.03}, {"eps": 0.0, "mu": 2.5, "tip_loss": 0.9}, {"eps": 0.15, "mu": 0.1},
-]  # fmt: skip
+    {"eps": 0.0, "mu": 0.3},
+    {"eps": 0.15, "K1": 0.3, "mu": 0.4},
+    {"eps": 0.1, "mu": 1.2, "K1": -0.2, "tip_loss": 0.96},
+    {"eps": 0.05, "mu": 2.5, "root_cutout": 0.2, "flap_damping": 0.03},
+    {"eps": 0.0, "mu": 2.5, "tip_loss": 0.9},
+    {"eps": 0.15, "mu": 0.1},
+]
 
 
 @pytest.mark.parametrize("reversed_flow", [False, True])
 @pytest.mark.parametrize("case", BLADES)
 def test_coefficients_and_forcing_are_the_blade_elements(case: dict[str, float], reversed_flow: bool) -> None:
     """Exact integrals against adaptive quadrature: neither side uses the other's algebra."""
-    truth = blade_element.Blade(gamma=9.0, kappa=0.1, m=0.2, s=1.6, reversed_flow=reversed_flow, kinematic_rates=True, **case)
-    rotor = Rotor(lock_number=9.0, hinge_stiffness=0.1, offset_mass_ratio=0.2, static_moment_ratio=1.6, hinge_offset=truth.eps,
-                  pitch_flap_coupling=truth.K1, root_cutout=truth.root_cutout, flap_damping=truth.flap_damping)  # fmt: skip
-    system = flapping(rotor, truth.mu, exact_offset=True, reversed_flow=reversed_flow, tip_loss=truth.tip_loss, kinematic_rates=True)
+    truth = blade_element.Blade(
+        gamma=9.0, kappa=0.1, m=0.2, s=1.6, reversed_flow=reversed_flow, kinematic_rates=True, **case
+    )
+    rotor = Rotor(
+        lock_number=9.0,
+        hinge_stiffness=0.1,
+        offset_mass_ratio=0.2,
+        static_moment_ratio=1.6,
+        hinge_offset=truth.eps,
+        pitch_flap_coupling=truth.K1,
+        root_cutout=truth.root_cutout,
+        flap_damping=truth.flap_damping,
+    )
+    system = flapping(
+        rotor, truth.mu, exact_offset=True, reversed_flow=reversed_flow, tip_loss=truth.tip_loss, kinematic_rates=True
+    )
     assert system.damping is not None and system.stiffness is not None and system.forcing is not None
-    d, k, f = system.damping.sample(PSI)[:, 0, 0], system.stiffness.sample(PSI)[:, 0, 0], system.forcing.sample(PSI)[:, 0]
+    d, k, f = (
+        system.damping.sample(PSI)[:, 0, 0],
+        system.stiffness.sample(PSI)[:, 0, 0],
+        system.forcing.sample(PSI)[:, 0],
+    )
     scale = 1e-12 * (1.0 + truth.gamma * (1.0 + truth.mu) ** 3)  # the quadrature's tolerance 1e-13 times the terms
     for i, psi in enumerate(PSI):
         assert d[i] == pytest.approx(blade_element.damping(truth, psi), abs=scale)
@@ -76,7 +124,9 @@ def test_mechanical_damping_and_body_rates_of_the_report() -> None:
     for kinematic, expected in ((False, 1.0), (True, 1.0 + rotor.offset_mass_ratio)):
         F = flapping(rotor, 0.2, kinematic_rates=kinematic).forcing
         assert F is not None
-        np.testing.assert_allclose(F.sample(PSI)[:, 0, 7:9], expected * np.stack([np.sin(PSI), np.cos(PSI)], -1), atol=1e-15)
+        np.testing.assert_allclose(
+            F.sample(PSI)[:, 0, 7:9], expected * np.stack([np.sin(PSI), np.cos(PSI)], -1), atol=1e-15
+        )
 
 
 @pytest.mark.parametrize("rotor", [Rotor(**r) for r in ROTORS])
@@ -96,8 +146,12 @@ def test_tip_path_plane_is_table_3(rotor: Rotor) -> None:
     system = tip_path_plane(rotor, 0.35)
     assert system.damping is not None and system.stiffness is not None and system.forcing is not None
     D, K = closed_forms.table_3(coefficients(rotor, 0.35))
-    F = closed_forms.table_3_forcing(rotor.lock_number, rotor.hinge_offset, 0.35, rotor.offset_mass_ratio, rotor.static_moment_ratio)
-    for got, expected in zip((system.damping.mean(), system.stiffness.mean(), system.forcing.mean()), (D, K, F), strict=True):
+    F = closed_forms.table_3_forcing(
+        rotor.lock_number, rotor.hinge_offset, 0.35, rotor.offset_mass_ratio, rotor.static_moment_ratio
+    )
+    for got, expected in zip(
+        (system.damping.mean(), system.stiffness.mean(), system.forcing.mean()), (D, K, F), strict=True
+    ):
         np.testing.assert_allclose(got, expected, rtol=0, atol=RELATIVE * np.abs(expected).max())
 
 
@@ -107,8 +161,12 @@ def test_teetering_is_equations_2_and_7() -> None:
     c, f = closed_forms.teetering(7.0, 0.1, 0.25, mu), closed_forms.teetering_forcing(7.0, mu)
     assert system.damping is not None and system.stiffness is not None and system.forcing is not None
     np.testing.assert_allclose(system.damping.sample(PSI)[:, 0, 0], 7.0 / 8.0, rtol=RELATIVE)
-    np.testing.assert_allclose(system.stiffness.sample(PSI)[:, 0, 0], [closed_forms.blade_stiffness(c, p) for p in PSI], rtol=RELATIVE)
-    np.testing.assert_allclose(system.forcing.sample(PSI)[:, 0], [closed_forms.blade_forcing(f, p) for p in PSI], atol=RELATIVE)
+    np.testing.assert_allclose(
+        system.stiffness.sample(PSI)[:, 0, 0], [closed_forms.blade_stiffness(c, p) for p in PSI], rtol=RELATIVE
+    )
+    np.testing.assert_allclose(
+        system.forcing.sample(PSI)[:, 0], [closed_forms.blade_forcing(f, p) for p in PSI], atol=RELATIVE
+    )
     assert plane.damping is not None and plane.stiffness is not None and plane.forcing is not None
     expected = closed_forms.teetering_tip_path_plane(7.0, 0.1, 0.25, mu)
     for got, table in zip((plane.damping.mean(), plane.stiffness.mean(), plane.forcing.mean()), expected, strict=True):
@@ -122,7 +180,11 @@ def test_averaged_model_is_the_mean_of_the_multiblade_equations(N: int) -> None:
     mean, model = multiblade(rotor, 0.3).mean(), averaged(rotor, 0.3, (N - 1) // 2)
     M = 2 * ((N - 1) // 2) + 1
     for name in ("damping", "stiffness", "forcing"):
-        np.testing.assert_allclose(getattr(mean, name).mean()[:M, : None if name == "forcing" else M], getattr(model, name).mean(), atol=10 * RELATIVE)
+        np.testing.assert_allclose(
+            getattr(mean, name).mean()[:M, : None if name == "forcing" else M],
+            getattr(model, name).mean(),
+            atol=10 * RELATIVE,
+        )
     if M == 3:
         sign = np.diag([1.0, -1.0, -1.0])
         plane = tip_path_plane(rotor, 0.3)
@@ -138,10 +200,14 @@ def test_one_passage_of_identical_blades_is_a_twisted_period(N: int) -> None:
     np.testing.assert_allclose(after, S[:, None] * A * S, atol=20 * RELATIVE)
 
 
-@pytest.mark.parametrize("rotor", [Rotor(**r) for r in ROTORS] + [Rotor(lock_number=20.0), Rotor(lock_number=8.0, hinge_stiffness=0.225)])
+@pytest.mark.parametrize(
+    "rotor", [Rotor(**r) for r in ROTORS] + [Rotor(lock_number=20.0), Rotor(lock_number=8.0, hinge_stiffness=0.225)]
+)
 def test_hover_is_equations_9_and_10_corrected(rotor: Rotor) -> None:
     rotor = rotor.replace(flap_damping=0.0)
-    hover = closed_forms.hover(rotor.lock_number, rotor.hinge_offset, rotor.hinge_stiffness, rotor.pitch_flap_coupling, rotor.offset_mass_ratio)
+    hover = closed_forms.hover(
+        rotor.lock_number, rotor.hinge_offset, rotor.hinge_stiffness, rotor.pitch_flap_coupling, rotor.offset_mass_ratio
+    )
     found = np.asarray(stability(tip_path_plane(rotor, 0.0)).exponents)
     expected = np.concatenate([np.asarray(hover["coning"]), np.asarray(hover["cyclic"])])
     assert np.abs(found[:, None] - expected[None, :]).min(axis=0).max() < 1e-13
@@ -176,12 +242,14 @@ def test_reversed_flow_damps_by_the_fourth_power(mu: float) -> None:
 
 
 def test_truncated_damping_that_jumps_in_reversed_flow_is_mapped_with_its_kick() -> None:
-    """Above μ = 1 the truncated integrals jump where the tip enters reversed flow; the first-order form needs no Hill kick."""
+    """Above μ = 1 the truncated integrals jump where the tip enters reversed flow; first order needs no Hill kick."""
     rotor = Rotor(lock_number=8.0, hinge_offset=0.2)
     system = flapping(rotor, 1.4, reversed_flow=True)
     assert system.damping is not None and system.damping.edges is not None
     assert np.abs(system.damping.jumps()).max() > 1e-3
-    plain = PeriodicSystem.from_function(system.sample, system.period, list(np.unique(system.damping.edges)[1:-1]), vectorised=True)
+    plain = PeriodicSystem.from_function(
+        system.sample, system.period, list(np.unique(system.damping.edges)[1:-1]), vectorised=True
+    )
     a, b = stability(system), stability(plain)
     d = np.asarray(a.exponents)[:, None] - np.asarray(b.exponents)[None, :]
     d = np.hypot(d.real, d.imag - np.round(d.imag))
@@ -202,7 +270,7 @@ def test_truncated_damping_that_jumps_in_reversed_flow_is_mapped_with_its_kick()
         (lambda: teetering(Rotor(lock_number=8.0, hinge_offset=0.05), 0.1), "hinges on its axis"),
         (lambda: averaged(Rotor(lock_number=8.0), 0.1, 0), "whole number"),
     ],
-)  # fmt: skip
+)
 def test_bad_input_is_one_sentence(call, sentence: str) -> None:  # type: ignore[no-untyped-def]
     with pytest.raises(ParameterError, match=sentence):
         call()

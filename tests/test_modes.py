@@ -16,13 +16,20 @@ from floquet.rotor import Rotor
 
 
 @pytest.mark.parametrize("N", [3, 4, 5, 6])
-@pytest.mark.parametrize("rotor", [Rotor(lock_number=8.0), Rotor(lock_number=8.0, hinge_offset=0.15), Rotor(lock_number=4.0, hinge_stiffness=0.3)])
+@pytest.mark.parametrize(
+    "rotor",
+    [Rotor(lock_number=8.0), Rotor(lock_number=8.0, hinge_offset=0.15), Rotor(lock_number=4.0, hinge_stiffness=0.3)],
+)
 def test_names_and_branches_come_from_the_blade(N: int, rotor: Rotor) -> None:
     """ρ below and above 1: regressing |ρ-n|, coning ρ, advancing ρ+n; differential β_d turns with the blade."""
     blade = stability(flapping(rotor, 0.3))
     assert math.isnan(blade.lock)
     rho = blade.rotation_number
-    expected = {"coning": rho} | {f"{name}{'' if n == 1 else f'-{n}'}": abs(rho + s * n) for n in range(1, (N - 1) // 2 + 1) for name, s in (("regressing", -1), ("advancing", 1))}
+    expected = {"coning": rho} | {
+        f"{name}{'' if n == 1 else f'-{n}'}": abs(rho + s * n)
+        for n in range(1, (N - 1) // 2 + 1)
+        for name, s in (("regressing", -1), ("advancing", 1))
+    }
     if N % 2 == 0:
         expected["differential"] = rho
     found = modes(multiblade(rotor.replace(blades=N), 0.3))
@@ -39,7 +46,11 @@ def test_vectors_solve_the_equation() -> None:
     found, eta = modes(system), np.asarray(stability(system).exponents)
     steps = len(found.azimuths)
     slope = np.fft.ifft(np.fft.fft(found.vectors, axis=1) * (1j * found.frequencies)[None, :, None], axis=1)
-    residual = slope + eta[:, None, None] * found.vectors - np.einsum("kij,mkj->mki", system.sample(found.azimuths), found.vectors)
+    residual = (
+        slope
+        + eta[:, None, None] * found.vectors
+        - np.einsum("kij,mkj->mki", system.sample(found.azimuths), found.vectors)
+    )
     assert steps == 64 and np.abs(residual).max() < 1e-9
     np.testing.assert_allclose(found.participation.sum(axis=(1, 2)), 1.0, rtol=1e-12)
 
@@ -52,7 +63,10 @@ def test_a_single_equation_has_its_rotation_number() -> None:
 
 
 def test_other_systems_are_numbered() -> None:
-    assert modes(bittanti_colaneri()).names == ("mode 1", "mode 1") or set(modes(bittanti_colaneri()).names) <= {"mode 1", "mode 2"}
+    assert modes(bittanti_colaneri()).names == ("mode 1", "mode 1") or set(modes(bittanti_colaneri()).names) <= {
+        "mode 1",
+        "mode 2",
+    }
 
 
 def test_cases_and_constant_systems_are_refused() -> None:

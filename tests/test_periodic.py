@@ -37,7 +37,9 @@ def pair(request: pytest.FixtureRequest) -> tuple[PeriodicMatrix, PeriodicMatrix
 def test_product_sum_and_transpose_are_those_of_the_samples(pair: tuple[PeriodicMatrix, PeriodicMatrix]) -> None:
     a, b = pair
     np.testing.assert_allclose((a @ b).sample(PSI), a.sample(PSI) @ b.sample(PSI), atol=20 * ROUNDING)
-    np.testing.assert_allclose((a + b.transpose()).sample(PSI), a.sample(PSI) + np.swapaxes(b.sample(PSI), -1, -2), atol=ROUNDING)
+    np.testing.assert_allclose(
+        (a + b.transpose()).sample(PSI), a.sample(PSI) + np.swapaxes(b.sample(PSI), -1, -2), atol=ROUNDING
+    )
     np.testing.assert_allclose((a - 2.0 * a).sample(PSI), -a.sample(PSI), atol=ROUNDING)
 
 
@@ -47,7 +49,9 @@ def test_shift_and_derivative(pair: tuple[PeriodicMatrix, PeriodicMatrix]) -> No
     h = 1e-5
     inside = PSI[np.min(np.abs(PSI[:, None] - np.array([0.0, 1.0, 4.0, TWO_PI])), axis=1) > 2 * h]
     slope = (a.sample(inside + h) - a.sample(inside - h)) / (2 * h)
-    np.testing.assert_allclose(a.derivative().sample(inside), slope, atol=1e-8)  # central difference, h²·a'''/6 and eps/h
+    np.testing.assert_allclose(
+        a.derivative().sample(inside), slope, atol=1e-8
+    )  # central difference, h²·a'''/6 and eps/h
 
 
 def test_mean_is_the_integral_over_the_period(pair: tuple[PeriodicMatrix, PeriodicMatrix]) -> None:
@@ -65,7 +69,9 @@ def test_bound_is_above_every_sample(pair: tuple[PeriodicMatrix, PeriodicMatrix]
 def test_jumps_are_the_differences_at_the_edges() -> None:
     a = random_pieces(np.random.default_rng(2), 1, 1, [0.0, 1.0, 4.0, TWO_PI])
     t = 1e-9
-    expected = [a.sample(np.array([e + t]))[0] - a.sample(np.array([np.mod(e - t, TWO_PI)]))[0] for e in (0.0, 1.0, 4.0)]
+    expected = [
+        a.sample(np.array([e + t]))[0] - a.sample(np.array([np.mod(e - t, TWO_PI)]))[0] for e in (0.0, 1.0, 4.0)
+    ]
     np.testing.assert_allclose(a.jumps(), expected, atol=1e-7)  # slope times 2t
 
 

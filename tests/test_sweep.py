@@ -18,9 +18,16 @@ from floquet.validity import limits
 @pytest.fixture(params=[{}, {"reversed_flow": True, "exact_offset": True}], ids=["report", "reversed"])
 def plan(request: pytest.FixtureRequest) -> Plan:
     grid = Rotor(lock_number=np.array([[4.0], [12.0]]), hinge_offset=np.array([0.0, 0.15]))
-    teetering, three = Rotor(lock_number=6.0, blades=2, hub=Hub.TEETERING, name="nominal"), Rotor(lock_number=8.0, blades=3)
-    return Plan(rotors=(grid, teetering, three), advance_ratio=np.array([0.0, 0.3, 0.9, 1.4]), physics=Physics(**request.param),
-                tolerances=((Metric.RELATIVE, 0.05), (Metric.ABSOLUTE, 0.02)))  # fmt: skip
+    teetering, three = (
+        Rotor(lock_number=6.0, blades=2, hub=Hub.TEETERING, name="nominal"),
+        Rotor(lock_number=8.0, blades=3),
+    )
+    return Plan(
+        rotors=(grid, teetering, three),
+        advance_ratio=np.array([0.0, 0.3, 0.9, 1.4]),
+        physics=Physics(**request.param),
+        tolerances=((Metric.RELATIVE, 0.05), (Metric.ABSOLUTE, 0.02)),
+    )
 
 
 def test_rows_are_the_comparisons(plan: Plan) -> None:
@@ -28,13 +35,19 @@ def test_rows_are_the_comparisons(plan: Plan) -> None:
     assert plan.designs == 6 and plan.points == 24
     for i in (1, 6, 13, 18, 23):
         rotor, mu = plan.design(i // 4), plan.advance_ratio[i % 4]
-        assert rows["rotor"][i] == i // 4 and rows["advance_ratio"][i] == mu and rows["lock_number"][i] == rotor.lock_number
+        assert (
+            rows["rotor"][i] == i // 4
+            and rows["advance_ratio"][i] == mu
+            and rows["lock_number"][i] == rotor.lock_number
+        )
         c = compare(rotor, mu, **plan.physics.as_dict())
         assert rows["exponent_1"][i] == c.stability.exponents[0] and rows["panels"][i] == c.stability.panels
         present = {m.name for m in c.modes}
         for mode in ("regressing", "coning", "advancing", "differential"):
             if mode in present:
-                assert rows[f"tpp_{mode}_2"][i] == c[mode].simple[1] and rows[f"error_frequency_{mode}"][i] == c[mode].by(Metric.FREQUENCY)
+                assert rows[f"tpp_{mode}_2"][i] == c[mode].simple[1] and rows[f"error_frequency_{mode}"][i] == c[
+                    mode
+                ].by(Metric.FREQUENCY)
             else:
                 assert rows[f"rule_{mode}"][i] == Rule.ABSENT and np.isnan(rows[f"error_{mode}"][i])
 

@@ -16,13 +16,25 @@ from floquet.errors import ParameterError
 from floquet.exponents import stability
 from floquet.models import flapping, tip_path_plane
 from floquet.rotor import Hub, Rotor
-from floquet.validity import instability_onset, limits, lock_windows, sign_changes, split_edges, validity_intervals, validity_limit
+from floquet.validity import (
+    instability_onset,
+    limits,
+    lock_windows,
+    sign_changes,
+    split_edges,
+    validity_intervals,
+    validity_limit,
+)
 from tests.support import REFERENCE
 
 FAMILIES: dict[str, dict[str, float]] = {
-    "fig6": {}, "fig7": {"hinge_offset": 0.15}, "fig8": {"hinge_stiffness": 0.225}, "fig9": {"pitch_flap_coupling": 0.225},
-    "K1=-0.2": {"pitch_flap_coupling": -0.2}, "K1=0.5": {"pitch_flap_coupling": 0.5},
-}  # fmt: skip
+    "fig6": {},
+    "fig7": {"hinge_offset": 0.15},
+    "fig8": {"hinge_stiffness": 0.225},
+    "fig9": {"pitch_flap_coupling": 0.225},
+    "K1=-0.2": {"pitch_flap_coupling": -0.2},
+    "K1=0.5": {"pitch_flap_coupling": 0.5},
+}
 
 
 def transitions() -> list[tuple[str, dict[str, Any]]]:
@@ -43,13 +55,17 @@ def test_transitions(key: str, expected: dict[str, Any]) -> None:
     assert instability_onset(rotor) == pytest.approx(expected["instability_mu"], abs=1e-11)
     if "edges" in expected:
         windows = lock_windows(rotor)
-        found = sorted([(a, "enter", r) for a, _, r in windows if a > 0] + [(b, "leave", r) for _, b, r in windows if b < math.inf])
+        found = sorted(
+            [(a, "enter", r) for a, _, r in windows if a > 0] + [(b, "leave", r) for _, b, r in windows if b < math.inf]
+        )
         listed = sorted((e["mu"], e["type"], e["rho"]) for e in expected["edges"])
         assert [f[1:] for f in found] == [e[1:] for e in listed]
         np.testing.assert_allclose([f[0] for f in found], [e[0] for e in listed], atol=1e-11)
 
 
-@pytest.mark.parametrize(("gamma", "kappa", "K1"), [(6.0, 0.0, 0.0), (2.0, 0.0, 0.0), (10.0, 0.225, 0.1), (18.0, 0.0, 0.0)])
+@pytest.mark.parametrize(
+    ("gamma", "kappa", "K1"), [(6.0, 0.0, 0.0), (2.0, 0.0, 0.0), (10.0, 0.225, 0.1), (18.0, 0.0, 0.0)]
+)
 def test_teetering_lock_edges_are_mathieus(gamma: float, kappa: float, K1: float) -> None:
     """a(μ) = a_n(q) or b_n(q) with a, q of the damped Mathieu equation: no integration on that side."""
 
@@ -62,8 +78,14 @@ def test_teetering_lock_edges_are_mathieus(gamma: float, kappa: float, K1: float
         for n in orders:
             f = [a_q(m)[0] - curve(n, a_q(m)[1]) for m in grid]
             for i in np.flatnonzero(np.sign(f[:-1]) != np.sign(f[1:])):
-                edges.append(brentq(lambda m, curve=curve, n=n: a_q(m)[0] - curve(n, a_q(m)[1]), grid[i], grid[i + 1], xtol=1e-14))
-    windows = lock_windows(Rotor(lock_number=gamma, hinge_stiffness=kappa, pitch_flap_coupling=K1, blades=2, hub=Hub.TEETERING), mu_max=1.5)
+                edges.append(
+                    brentq(
+                        lambda m, curve=curve, n=n: a_q(m)[0] - curve(n, a_q(m)[1]), grid[i], grid[i + 1], xtol=1e-14
+                    )
+                )
+    windows = lock_windows(
+        Rotor(lock_number=gamma, hinge_stiffness=kappa, pitch_flap_coupling=K1, blades=2, hub=Hub.TEETERING), mu_max=1.5
+    )
     found = [x for a, b, _ in windows for x in (a, b) if 0 < x < math.inf]
     np.testing.assert_allclose(sorted(found), sorted(edges), atol=1e-10)  # SciPy's characteristic values: 1e-12
 
@@ -87,7 +109,10 @@ def test_growth_without_and_with_reversed_flow(reversed_flow: bool, onset: float
 
 
 def test_onset_is_where_growth_begins() -> None:
-    for rotor, options in ((Rotor(lock_number=10.0, hinge_offset=0.1), {"exact_offset": True, "reversed_flow": True}), (Rotor(lock_number=5.0), {})):
+    for rotor, options in (
+        (Rotor(lock_number=10.0, hinge_offset=0.1), {"exact_offset": True, "reversed_flow": True}),
+        (Rotor(lock_number=5.0), {}),
+    ):
         onset = instability_onset(rotor, **options)
         below, above = (np.max(stability(flapping(rotor, onset + d, **options)).exponents.real) for d in (-1e-6, 1e-6))  # type: ignore[arg-type]
         assert below < 0 < above
@@ -108,7 +133,12 @@ def test_locks_open_in_hover_and_at_the_end() -> None:
 def test_windows_against_a_fine_scan(seed: int) -> None:
     """Every lock of a random design found on a grid of 1e-3 is a window, and nothing else is."""
     rng = np.random.default_rng([10, seed])
-    rotor = Rotor(lock_number=rng.uniform(2, 20), hinge_offset=rng.uniform(0, 0.2), hinge_stiffness=rng.uniform(0, 0.8), pitch_flap_coupling=rng.uniform(-0.3, 0.5))
+    rotor = Rotor(
+        lock_number=rng.uniform(2, 20),
+        hinge_offset=rng.uniform(0, 0.2),
+        hinge_stiffness=rng.uniform(0, 0.8),
+        pitch_flap_coupling=rng.uniform(-0.3, 0.5),
+    )
     options: dict[str, Any] = {"reversed_flow": True, "exact_offset": True} if seed % 2 else {}
     mu = np.linspace(0.0005, 1.9995, 2000)
     lock = stability(flapping(rotor, mu, **options)).lock
@@ -147,7 +177,10 @@ def test_splits_are_where_the_tpp_pairs_turn_real() -> None:
     edges = split_edges(rotor)
     assert edges
     for edge in edges:
-        counts = [(np.abs(np.asarray(stability(tip_path_plane(rotor, edge + d)).exponents).imag) < 1e-9).sum() for d in (-1e-6, 1e-6)]
+        counts = [
+            (np.abs(np.asarray(stability(tip_path_plane(rotor, edge + d)).exponents).imag) < 1e-9).sum()
+            for d in (-1e-6, 1e-6)
+        ]
         assert abs(counts[0] - counts[1]) == 2
     found = limits(rotor, modes=["regressing"])[0]
     assert found.split_edge == min(edges, key=lambda e: abs(e - found.limit))
@@ -157,7 +190,9 @@ def test_sign_changes_finds_close_pairs_and_ends() -> None:
     """Roots a millionth apart, a double root that does not cross, many roots."""
     np.testing.assert_allclose(sign_changes(lambda x: (x - 0.5) * (x - 0.500001), 0.0, 1.0), [0.5, 0.500001], atol=1e-9)
     assert sign_changes(lambda x: (x - 0.5) ** 2 + 1e-9, 0.0, 1.0) == []
-    np.testing.assert_allclose(sign_changes(lambda x: np.sin(40 * x + 0.1), 0.0, 1.0), (np.arange(1, 13) * math.pi - 0.1) / 40, atol=1e-12)
+    np.testing.assert_allclose(
+        sign_changes(lambda x: np.sin(40 * x + 0.1), 0.0, 1.0), (np.arange(1, 13) * math.pi - 0.1) / 40, atol=1e-12
+    )
 
 
 def test_arrays_of_rotors() -> None:
@@ -166,13 +201,16 @@ def test_arrays_of_rotors() -> None:
     assert [w[0][2] for w in lock_windows(rotors)] == [1.0, 1.0]
 
 
-@pytest.mark.parametrize(("call", "sentence"), [
-    (lambda: validity_limit(Rotor(lock_number=8.0), mode="regresive"), "did you mean 'regressing'"),
-    (lambda: validity_limit(Rotor(lock_number=8.0), tolerance=0.0), "is no tolerance"),
-    (lambda: validity_limit(Rotor(lock_number=8.0), mu_max=-1.0), "above 0"),
-    (lambda: limits(Rotor(lock_number=np.array([6.0, 8.0]))), "takes one rotor"),
-    (lambda: lock_windows(Rotor(lock_number=8.0), revesed_flow=True), "did you mean 'reversed_flow'"),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("call", "sentence"),
+    [
+        (lambda: validity_limit(Rotor(lock_number=8.0), mode="regresive"), "did you mean 'regressing'"),
+        (lambda: validity_limit(Rotor(lock_number=8.0), tolerance=0.0), "is no tolerance"),
+        (lambda: validity_limit(Rotor(lock_number=8.0), mu_max=-1.0), "above 0"),
+        (lambda: limits(Rotor(lock_number=np.array([6.0, 8.0]))), "takes one rotor"),
+        (lambda: lock_windows(Rotor(lock_number=8.0), revesed_flow=True), "did you mean 'reversed_flow'"),
+    ],
+)
 def test_bad_input_is_one_sentence(call, sentence: str) -> None:  # type: ignore[no-untyped-def]
     with pytest.raises(ParameterError, match=sentence):
         call()

@@ -12,9 +12,9 @@ and the columns of f for u = (θ₀, A₁c, B₁c, θ_t, λ, p_w/Ω, q_w/Ω, ṗ
     p_w   rate sin ψ + 2(1+m) cos ψ           q_w   rate cos ψ - 2(1+m) sin ψ,   rate = γ/2 ∫ U_T x (x-ε) dx
     ṗ_w   sin ψ      q̇_w  cos ψ              normal acceleration  s
 
-The integrals run from the hinge ε (or the root cut-out) to the tip (or the tip-loss radius).  Each is a polynomial in u.
-With reversed flow U_T becomes |U_T| and U_T² becomes U_T |U_T|: three polynomials, for u above minus the root, between,
-and below minus the tip, with kinks where u passes from one to the next.
+The integrals run from the hinge ε (or the root cut-out) to the tip (or the tip-loss radius).  Each is a polynomial in
+u. With reversed flow U_T becomes |U_T| and U_T² becomes U_T |U_T|: three polynomials, for u above minus the root,
+between, and below minus the tip, with kinks where u passes from one to the next.
 """
 
 from __future__ import annotations
@@ -61,7 +61,12 @@ def flapping(rotor: Rotor, advance_ratio: ArrayLike, **options: Unpack[PhysicsKe
     physics = Physics.of(options)
     mu = advance_ratios(advance_ratio)
     if np.any(np.asarray(rotor.hinge_offset) > 0.3) and not physics.exact_offset:
-        warnings.warn("hinge_offset above 0.3: the report's integrals, truncated at ε², mean nothing there; use exact_offset=True", FloquetWarning, stacklevel=2)
+        warnings.warn(
+            "hinge_offset above 0.3: the report's integrals, truncated at ε², mean nothing there; "
+            "use exact_offset=True",
+            FloquetWarning,
+            stacklevel=2,
+        )
     blade = _Integrals(rotor, mu, physics)
     gamma, m = np.asarray(rotor.lock_number), np.asarray(rotor.offset_mass_ratio)
     half = 0.5 * gamma
@@ -76,13 +81,22 @@ def flapping(rotor: Rotor, advance_ratio: ArrayLike, **options: Unpack[PhysicsKe
         twist, rate = half * blade.integral(2, 1, 1), half * blade.integral(1, 1, 1)
         coriolis, acceleration = 2.0 * (1.0 + m), (1.0 + m if physics.kinematic_rates else np.ones_like(m))
         columns = [
-            pitch, -1.0 * (COSINE @ pitch), -1.0 * (SINE @ pitch), twist, inflow,
-            SINE @ rate + coriolis * COSINE, COSINE @ rate - coriolis * SINE,
-            acceleration * SINE, acceleration * COSINE, _constant(np.asarray(rotor.static_moment_ratio)),
-        ]  # fmt: skip
+            pitch,
+            -1.0 * (COSINE @ pitch),
+            -1.0 * (SINE @ pitch),
+            twist,
+            inflow,
+            SINE @ rate + coriolis * COSINE,
+            COSINE @ rate - coriolis * SINE,
+            acceleration * SINE,
+            acceleration * COSINE,
+            _constant(np.asarray(rotor.static_moment_ratio)),
+        ]
         return PeriodicMatrix.assemble([columns])
 
-    return PeriodicSystem(period=TWO_PI, damping=damping, stiffness=stiffness, inputs=forcing, coordinates=("beta",), name="flapping")
+    return PeriodicSystem(
+        period=TWO_PI, damping=damping, stiffness=stiffness, inputs=forcing, coordinates=("beta",), name="flapping"
+    )
 
 
 def _constant(value: Array) -> PeriodicMatrix:
@@ -103,7 +117,9 @@ class _Integrals:
     def integral(self, p: int, j: int, k: int) -> PeriodicMatrix:
         """The integral with U_T^p, sign reversed in reversed flow where that is taken into account."""
         monomials = _powers(self.offset, j, k)
-        forward = [math.comb(p, b) * self._moment(monomials, p - b, truncate_from=2 - (j + k + p - b)) for b in range(p + 1)]
+        forward = [
+            math.comb(p, b) * self._moment(monomials, p - b, truncate_from=2 - (j + k + p - b)) for b in range(p + 1)
+        ]
         if self.edges is None:
             return self._polynomial(forward)
         inboard = _inboard(monomials, p, self.root)
@@ -130,7 +146,10 @@ class _Integrals:
         mu, root, tip = np.broadcast_arrays(mu, self.root, self.tip)
         root_angle, tip_angle = (np.arcsin(np.divide(r, mu, out=np.ones(mu.shape), where=mu > r)) for r in (root, tip))
         zero = np.zeros(mu.shape)
-        return np.stack([zero, math.pi + root_angle, math.pi + tip_angle, TWO_PI - tip_angle, TWO_PI - root_angle, zero + TWO_PI], axis=-1)
+        return np.stack(
+            [zero, math.pi + root_angle, math.pi + tip_angle, TWO_PI - tip_angle, TWO_PI - root_angle, zero + TWO_PI],
+            axis=-1,
+        )
 
 
 def _powers(offset: Array, j: int, k: int) -> list[Array]:

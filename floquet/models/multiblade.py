@@ -5,13 +5,12 @@ the blades' equations become ``q'' + D q' + K q = F u`` with::
 
     D = T⁻¹ (2 T' + A T),    K = T⁻¹ (T'' + A T' + B T),    F = T⁻¹ f
 
-(the scan prints Ȧ in K; it is A).  For identical blades A(ψ + 2π/N) = S A(ψ) S, with S changing the sign of β_d: the motion
-is mapped over one passage 2π/N, and its exponents hold modulo N·i with no two modes aliased.
+(the scan prints Ȧ in K; it is A).  For identical blades A(ψ + 2π/N) = S A(ψ) S, with S changing the sign of β_d: the
+motion is mapped over one passage 2π/N, and its exponents hold modulo N·i with no two modes aliased.
 """
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from typing import Unpack
 
@@ -27,7 +26,9 @@ from .physics import PhysicsKeywords
 __all__ = ["multiblade"]
 
 
-def multiblade(rotor: Rotor | Sequence[Rotor], advance_ratio: ArrayLike, **options: Unpack[PhysicsKeywords]) -> PeriodicSystem:
+def multiblade(
+    rotor: Rotor | Sequence[Rotor], advance_ratio: ArrayLike, **options: Unpack[PhysicsKeywords]
+) -> PeriodicSystem:
     """Flapping of all blades in the non-rotating frame.
 
     Parameters
@@ -45,10 +46,14 @@ def multiblade(rotor: Rotor | Sequence[Rotor], advance_ratio: ArrayLike, **optio
     blades = [rotor] * rotor.blades if isinstance(rotor, Rotor) else list(rotor)
     N = len(blades)
     if N < 2:
-        raise ParameterError("blades", N, f"multiblade coordinates need at least 2 blades, not {N}: use flapping for a single blade")
+        raise ParameterError(
+            "blades", N, f"multiblade coordinates need at least 2 blades, not {N}: use flapping for a single blade"
+        )
     identical = all(b is blades[0] for b in blades)
     azimuths = [TWO_PI * i / N for i in range(N)]
-    models = [flapping(b, advance_ratio, **options) for b in (blades[:1] if identical else blades)] * (N if identical else 1)
+    models = [flapping(b, advance_ratio, **options) for b in (blades[:1] if identical else blades)] * (
+        N if identical else 1
+    )
     T, Ti = transformation(N)
 
     A = _diagonal([b.damping.shifted(a) for b, a in zip(models, azimuths, strict=True) if b.damping is not None])
@@ -63,8 +68,15 @@ def multiblade(rotor: Rotor | Sequence[Rotor], advance_ratio: ArrayLike, **optio
     twist = np.ones(2 * N)
     if N % 2 == 0:
         twist[[N - 1, 2 * N - 1]] = -1.0
-    return PeriodicSystem(period=TWO_PI / N if identical else TWO_PI, twist=twist if identical else None, damping=D, stiffness=K,
-                          inputs=forcing, coordinates=coordinates(N), name="multiblade")  # fmt: skip
+    return PeriodicSystem(
+        period=TWO_PI / N if identical else TWO_PI,
+        twist=twist if identical else None,
+        damping=D,
+        stiffness=K,
+        inputs=forcing,
+        coordinates=coordinates(N),
+        name="multiblade",
+    )
 
 
 def coordinates(N: int) -> tuple[str, ...]:
@@ -91,4 +103,6 @@ def transformation(N: int) -> tuple[PeriodicMatrix, PeriodicMatrix]:
 
 
 def _diagonal(entries: Sequence[PeriodicMatrix]) -> PeriodicMatrix:
-    return PeriodicMatrix.assemble([[entry if i == j else None for j in range(len(entries))] for i, entry in enumerate(entries)])
+    return PeriodicMatrix.assemble(
+        [[entry if i == j else None for j in range(len(entries))] for i, entry in enumerate(entries)]
+    )

@@ -46,15 +46,21 @@ class Physics:
             if not isinstance(getattr(self, name), (bool, np.bool_)):
                 raise ParameterError(name, getattr(self, name), f"{getattr(self, name)!r} is neither True nor False")
         if isinstance(self.tip_loss, (bool, str)) or not 0.5 <= self.tip_loss <= 1.0:
-            raise ParameterError("tip_loss", self.tip_loss, f"{self.tip_loss!r} is outside 0.5 … 1: it is the fraction of the radius that lifts (1 = no tip loss)")
+            raise ParameterError(
+                "tip_loss",
+                self.tip_loss,
+                f"{self.tip_loss!r} is outside 0.5 … 1: it is the fraction of the radius that lifts (1 = no tip loss)",
+            )
 
     @staticmethod
     def of(options: PhysicsKeywords | dict[str, Any]) -> Physics:
         """Options from keywords; an unknown name is an error with a suggestion."""
         known = [f.name for f in fields(Physics)]
-        for name in options:
+        for name, value in options.items():
             if name not in known:
-                raise ParameterError(name, options[name], f"unknown option{did_you_mean(name, known)}; the options are {', '.join(known)}")  # type: ignore[literal-required]
+                raise ParameterError(
+                    name, value, f"unknown option{did_you_mean(name, known)}; the options are {', '.join(known)}"
+                )
         return Physics(**options)
 
     def as_dict(self) -> dict[str, Any]:
@@ -70,5 +76,10 @@ def advance_ratios(advance_ratio: ArrayLike) -> NDArray[np.float64]:
         raise ParameterError("advance_ratio", advance_ratio, f"{advance_ratio!r} is not a number") from None
     if not np.all(np.isfinite(mu)) or np.any(mu < 0):
         bad = mu[~(np.isfinite(mu) & (mu >= 0))].flat[0]
-        raise ParameterError("advance_ratio", advance_ratio, f"{bad:g} is not possible: μ = V cos α/(ΩR) is a finite number ≥ 0 (backward flight mirrors forward flight)")
+        raise ParameterError(
+            "advance_ratio",
+            advance_ratio,
+            f"{bad:g} is not possible: μ = V cos α/(ΩR) is a finite number ≥ 0 "
+            "(backward flight mirrors forward flight)",
+        )
     return mu

@@ -32,9 +32,13 @@ def teetering(rotor: Rotor, advance_ratio: ArrayLike, **options: Unpack[PhysicsK
     ``rotor`` must have no hinge offset (ε = m = 0); see :func:`floquet.flapping` for the other arguments.
     """
     if np.any(np.asarray(rotor.hinge_offset) != 0) or np.any(np.asarray(rotor.offset_mass_ratio) != 0):
-        value = float(np.max(np.asarray(rotor.hinge_offset)))
-        raise ParameterError("hinge_offset", value, f"a teetering rotor hinges on its axis, but hinge_offset = {value:g} (offset_mass_ratio = "
-                             f"{float(np.max(np.asarray(rotor.offset_mass_ratio))):g}): give both as 0, or use the flapping model")  # fmt: skip
+        e, m = (float(np.max(np.asarray(x))) for x in (rotor.hinge_offset, rotor.offset_mass_ratio))
+        raise ParameterError(
+            "hinge_offset",
+            e,
+            f"a teetering rotor hinges on its axis, but hinge_offset = {e:g} and offset_mass_ratio = {m:g}: "
+            "give both as 0, or use the flapping model",
+        )
     blade = flapping(rotor, advance_ratio, **options)
     assert blade.damping is not None and blade.stiffness is not None and blade.inputs is not None
     inputs = blade.inputs
@@ -43,8 +47,14 @@ def teetering(rotor: Rotor, advance_ratio: ArrayLike, **options: Unpack[PhysicsK
         f = inputs()
         return 0.5 * (f - f.shifted(math.pi))
 
-    return PeriodicSystem(period=math.pi, damping=_even(blade.damping), stiffness=_even(blade.stiffness), inputs=forcing,
-                          coordinates=("beta",), name="teetering")  # fmt: skip
+    return PeriodicSystem(
+        period=math.pi,
+        damping=_even(blade.damping),
+        stiffness=_even(blade.stiffness),
+        inputs=forcing,
+        coordinates=("beta",),
+        name="teetering",
+    )
 
 
 def _even(matrix: PeriodicMatrix) -> PeriodicMatrix:

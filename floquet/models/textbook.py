@@ -31,10 +31,14 @@ def mathieu(a: ArrayLike, q: ArrayLike, damping: ArrayLike = 0.0) -> PeriodicSys
     return _scalar(stiffness, damping, "mathieu")
 
 
-def meissner(a: ArrayLike, b: ArrayLike, damping: ArrayLike = 0.0, *, period: float = TWO_PI, fraction: float = 0.5) -> PeriodicSystem:
+def meissner(
+    a: ArrayLike, b: ArrayLike, damping: ArrayLike = 0.0, *, period: float = TWO_PI, fraction: float = 0.5
+) -> PeriodicSystem:
     """Meissner's equation: stiffness a + b for ``fraction`` of the period, then a - b."""
     if not 0.0 < fraction < 1.0:
-        raise ParameterError("fraction", fraction, f"{fraction!r} is outside 0 … 1: it is the part of the period with stiffness a + b")
+        raise ParameterError(
+            "fraction", fraction, f"{fraction!r} is outside 0 … 1: it is the part of the period with stiffness a + b"
+        )
     a, b = np.asarray(a, float), np.asarray(b, float)
     high, low = (PeriodicMatrix.scalar(mean=a + sign * b, period=period) for sign in (1.0, -1.0))
     return _scalar(PeriodicMatrix.pieces([high, low], [0.0, fraction * period, period]), damping, "meissner")
@@ -54,7 +58,9 @@ def hill_sawtooth(a: float, b: float, damping: float = 0.0, *, period: float = m
 
 def colaneri() -> PeriodicSystem:
     """Exponents 0 and -24 (P. Colaneri): multipliers 65 decades apart."""
-    A = PeriodicMatrix.constant([[0.0, 1.0], [0.0, -24.0]]) + PeriodicMatrix.harmonic(1, [[0.0, 0.0], [-10.0, 0.0]], [[0.0, 0.0], [0.0, -10.0]])
+    A = PeriodicMatrix.constant([[0.0, 1.0], [0.0, -24.0]]) + PeriodicMatrix.harmonic(
+        1, [[0.0, 0.0], [-10.0, 0.0]], [[0.0, 0.0], [0.0, -10.0]]
+    )
     return PeriodicSystem(period=TWO_PI, matrix=A, coordinates=("x_1", "x_2"), name="colaneri")
 
 
@@ -65,12 +71,16 @@ def zhou_hagiwara(period: float = math.pi) -> PeriodicSystem:
         s2, c2, s4 = np.sin(2 * t) ** 2, np.cos(2 * t) ** 2, 0.5 * np.sin(4 * t)
         return np.stack([np.stack([-1 - s2, 2 - s4], -1), np.stack([-2 - s4, -1 - c2], -1)], -2)
 
-    return PeriodicSystem.from_function(matrix, period, vectorised=True, coordinates=("x_1", "x_2"), name="zhou hagiwara")
+    return PeriodicSystem.from_function(
+        matrix, period, vectorised=True, coordinates=("x_1", "x_2"), name="zhou hagiwara"
+    )
 
 
 def bittanti_colaneri() -> PeriodicSystem:
     """A triangular system with exponents -1 and -3 (S. Bittanti and P. Colaneri)."""
-    A = PeriodicMatrix.constant([[-1.0, 0.0], [1.0, -3.0]]) + PeriodicMatrix.harmonic(1, [[0.0, 0.0], [-1.0, 0.0]], [[1.0, 0.0], [0.0, 0.0]])
+    A = PeriodicMatrix.constant([[-1.0, 0.0], [1.0, -3.0]]) + PeriodicMatrix.harmonic(
+        1, [[0.0, 0.0], [-1.0, 0.0]], [[1.0, 0.0], [0.0, 0.0]]
+    )
     return PeriodicSystem(period=TWO_PI, matrix=A, coordinates=("x_1", "x_2"), name="bittanti colaneri")
 
 

@@ -4,8 +4,8 @@ Put β = t(ψ) a into the blade's equation, with t a row of harmonics, and keep 
 
     D̃ = mean of t⁺ (2 t' + d t),    K̃ = mean of t⁺ (t'' + d t' + k t),    F̃ = mean of t⁺ f
 
-With t = (1, -cos ψ, -sin ψ), a = (a₀, a₁, b₁) this is the tip-path plane; with M harmonics it is the averaged multiblade
-model of 2M+1 blades, which is the tip-path plane only for M = 1 (N = 3 and 4).
+With t = (1, -cos ψ, -sin ψ), a = (a₀, a₁, b₁) this is the tip-path plane; with M harmonics it is the averaged
+multiblade model of 2M+1 blades, which is the tip-path plane only for M = 1 (N = 3 and 4).
 """
 
 from __future__ import annotations
@@ -39,16 +39,31 @@ def tip_path_plane(rotor: Rotor, advance_ratio: ArrayLike, **options: Unpack[Phy
     return _projected(flapping(rotor, advance_ratio, **options), t, ("a_0", "a_1", "b_1"), "tip path plane")
 
 
-def averaged(rotor: Rotor, advance_ratio: ArrayLike, harmonics: int = 1, **options: Unpack[PhysicsKeywords]) -> PeriodicSystem:
+def averaged(
+    rotor: Rotor, advance_ratio: ArrayLike, harmonics: int = 1, **options: Unpack[PhysicsKeywords]
+) -> PeriodicSystem:
     """The averaged multiblade model of 2·harmonics+1 identical blades, in β₀, β₁c, β₁s, …
 
     Its modes are approximations of the rotor's for any number of blades, better with every harmonic.
     """
     if isinstance(harmonics, bool) or harmonics != int(harmonics) or not 1 <= harmonics <= 16:
-        raise ParameterError("harmonics", harmonics, f"{harmonics!r} is not a whole number from 1 to 16: 1 is the tip-path plane, each further one adds two modes")
-    rows = [PeriodicMatrix.constant([[1.0]]), *(PeriodicMatrix.harmonic(n, [[1.0, 0.0]], [[0.0, 1.0]]) for n in range(1, int(harmonics) + 1))]
+        raise ParameterError(
+            "harmonics",
+            harmonics,
+            f"{harmonics!r} is not a whole number from 1 to 16: 1 is the tip-path plane, "
+            "each further one adds two modes",
+        )
+    rows = [
+        PeriodicMatrix.constant([[1.0]]),
+        *(PeriodicMatrix.harmonic(n, [[1.0, 0.0]], [[0.0, 1.0]]) for n in range(1, int(harmonics) + 1)),
+    ]
     t = PeriodicMatrix.assemble([rows])
-    return _projected(flapping(rotor, advance_ratio, **options), t, coordinates(2 * int(harmonics) + 1), f"averaged over {harmonics} harmonics")
+    return _projected(
+        flapping(rotor, advance_ratio, **options),
+        t,
+        coordinates(2 * int(harmonics) + 1),
+        f"averaged over {harmonics} harmonics",
+    )
 
 
 def _projected(blade: PeriodicSystem, t: PeriodicMatrix, names: tuple[str, ...], name: str) -> PeriodicSystem:
@@ -59,7 +74,14 @@ def _projected(blade: PeriodicSystem, t: PeriodicMatrix, names: tuple[str, ...],
     t_plus = PeriodicMatrix.constant(np.diag(1.0 / (t.transpose() @ t).mean().diagonal())) @ t.transpose()
     D = t_plus @ (2.0 * t.derivative() + d @ t)
     K = t_plus @ (t.derivative().derivative() + d @ t.derivative() + k @ t)
-    return PeriodicSystem(period=math.nan, damping=_mean(D), stiffness=_mean(K), inputs=lambda: _mean(t_plus @ inputs()), coordinates=names, name=name)
+    return PeriodicSystem(
+        period=math.nan,
+        damping=_mean(D),
+        stiffness=_mean(K),
+        inputs=lambda: _mean(t_plus @ inputs()),
+        coordinates=names,
+        name=name,
+    )
 
 
 def _mean(matrix: PeriodicMatrix) -> PeriodicMatrix:

@@ -1,8 +1,8 @@
 """Exponents of eq. (1) in extended precision (80-bit long double), many blades at once.
 
-β'' + d β' + k β = 0 with the coefficients of :mod:`tests.truth.closed_forms` is integrated as it is, not in Hill form, by its
-Taylor series about the start of each of 120 steps: truncation below 1e-20, rounding about 1e-19 a step. The multipliers of
-the 2×2 monodromy matrix follow from its trace and from Liouville's determinant, exp(-2π c0).
+β'' + d β' + k β = 0 with the coefficients of :mod:`tests.truth.closed_forms` is integrated as it is, not in Hill
+form, by its Taylor series about the start of each of 120 steps: truncation below 1e-20, rounding about 1e-19 a step.
+The multipliers of the 2×2 monodromy matrix follow from its trace and from Liouville's determinant, exp(-2π c0).
 """
 
 from __future__ import annotations
@@ -57,7 +57,9 @@ def _series(c: closed_forms.Coefficients, start: Any, h: Any) -> tuple[list[Long
         sine1, cosine1 = (s1, c1, -s1, -c1)[n % 4] * w1, (c1, -s1, -c1, s1)[n % 4] * w1
         sine2, cosine2 = (s2, c2, -s2, -c2)[n % 4] * w2, (c2, -s2, -c2, s2)[n % 4] * w2
         d.append(c["cs1"] * sine1 + (c["c0"] if n == 0 else 0))
-        k.append(c["kc1"] * cosine1 + c["ks1"] * sine1 + c["kc2"] * cosine2 + c["ks2"] * sine2 + (c["k0"] if n == 0 else 0))
+        k.append(
+            c["kc1"] * cosine1 + c["ks1"] * sine1 + c["kc2"] * cosine2 + c["ks2"] * sine2 + (c["k0"] if n == 0 else 0)
+        )
     return d, k
 
 
