@@ -80,12 +80,8 @@ structure = tuple(
             "(1.0 + m if physics.kinematic_rates",
             "(1.01 + m if physics.kinematic_rates",
         ),
-        ("ṗ_w column", "acceleration * SINE, acceleration", "1.01 * acceleration * SINE, acceleration"),
-        (
-            "q̇_w column",
-            "acceleration * SINE, acceleration * COSINE",
-            "acceleration * SINE, 1.01 * acceleration * COSINE",
-        ),
+        ("ṗ_w column", "acceleration * SINE,", "1.01 * acceleration * SINE,"),
+        ("q̇_w column", "acceleration * COSINE,", "1.01 * acceleration * COSINE,"),
         (
             "s",
             "_constant(np.asarray(rotor.static_moment_ratio))",

@@ -14,26 +14,21 @@ import sys
 import tempfile
 from collections.abc import Sequence
 from pathlib import Path
-from typing import NamedTuple
 
 ROOT = Path(__file__).resolve().parent.parent
+sys.path.insert(0, str(ROOT))
+
+from tests.faults import FAULTS, Mutant  # noqa: E402
+
 LEFT_OUT = shutil.ignore_patterns(".git", ".venv", "results", "__pycache__", ".*_cache", ".hypothesis", "dist", "build")
 
 
-class Mutant(NamedTuple):
-    """Old text → new text in a file; the pytest selection that must notice."""
-
-    file: str
-    old: str
-    new: str
-    tests: str
-
-
-MUTANTS: tuple[Mutant, ...] = (
-    Mutant("floquet/__init__.py", "value = value.sweep", "pass", "tests/test_layers.py"),
-    Mutant("floquet/errors.py", 'f"{self.path}:{p.line}" if p.line', 'f"{self.path}" if p.line', "tests/test_cli.py"),
-    Mutant("floquet/cli.py", "\nimport click\n", "\nimport click\nimport numpy\n", "tests/test_layers.py"),
-)  # fmt: skip
+OTHERS: tuple[Mutant, ...] = (
+    Mutant("module for function", "floquet/__init__.py", "value = value.sweep", "pass", "tests/test_layers.py"),
+    Mutant("no line in an error", "floquet/errors.py", '}:{p.line}" if p.line', '}" if p.line', "tests/test_cli.py"),
+    Mutant("NumPy for --help", "floquet/cli.py", "\nimport click\n", "\nimport click, numpy\n", "tests/test_layers.py"),
+)
+MUTANTS = (*FAULTS, *OTHERS)
 
 
 def run(tree: Path, tests: str) -> subprocess.CompletedProcess[str]:
@@ -57,10 +52,6 @@ def try_mutant(tree: Path, mutant: Mutant) -> str:
     return {0: "SURVIVED", 1: "killed", 2: "killed"}.get(status, f"STALE: pytest ended with {status}")
 
 
-def first_line(text: str) -> str:
-    return next((line.strip() for line in text.splitlines() if line.strip()), "")[:44]
-
-
 def main(words: Sequence[str]) -> int:
     """Run the mutants that contain one of the words (all without words) and print a table."""
     chosen = [m for m in MUTANTS if not words or any(word in " ".join(m) for word in words)]
@@ -75,7 +66,7 @@ def main(words: Sequence[str]) -> int:
         for mutant in chosen:
             verdict = try_mutant(tree, mutant)
             alive += verdict != "killed"
-            print(f"{verdict:<9} {mutant.file:<24} {first_line(mutant.old):<45} {mutant.tests}", flush=True)
+            print(f"{verdict:<9} {mutant.file:<32} {mutant.what:<46} {mutant.tests}", flush=True)
     print(f"{len(chosen) - alive} of {len(chosen)} mutants killed")
     return int(alive > 0)
 

@@ -140,6 +140,12 @@ def test_targets_inside_each_kind_of_lock(rho: float, expected: dict[int, tuple[
         assert {complex(np.round(z, 12)) for z in joint} == {complex(s, sign * w) for s in (S1, S2) for sign in (1, -1)}
 
 
+def test_the_error_of_two_reals_is_the_larger_distance() -> None:
+    simple = np.array([S1 - 0.01, S2 - 0.2, MEAN + 1.1j, MEAN - 1.1j, MEAN + 2.1j, MEAN - 2.1j])
+    mode = matched(locked_state(1.0, S1, S2), simple, (-1, 0, 1))["regressing"]
+    assert mode.error == pytest.approx(0.2 / math.sqrt((S1**2 + S2**2) / 2), rel=1e-12)
+
+
 def test_teetering_locks() -> None:
     orders = mode_orders(1, "teetering")
     for rho, rules in ((1.0, (Rule.REALS, Rule.MEAN)), (0.0, (Rule.JOINT, Rule.JOINT))):

@@ -117,9 +117,7 @@ class _Integrals:
     def integral(self, p: int, j: int, k: int) -> PeriodicMatrix:
         """The integral with U_T^p, sign reversed in reversed flow where that is taken into account."""
         monomials = _powers(self.offset, j, k)
-        forward = [
-            math.comb(p, b) * self._moment(monomials, p - b, truncate_from=2 - (j + k + p - b)) for b in range(p + 1)
-        ]
+        forward = [math.comb(p, b) * self._moment(monomials, p - b) for b in range(p + 1)]
         if self.edges is None:
             return self._polynomial(forward)
         inboard = _inboard(monomials, p, self.root)
@@ -127,9 +125,9 @@ class _Integrals:
         ahead, between = self._polynomial(forward), self._polynomial(mixed)
         return PeriodicMatrix.pieces([ahead, between, -1.0 * ahead, between, ahead], self.edges)
 
-    def _moment(self, monomials: Sequence[Array], power: int, truncate_from: int) -> Array:
-        """∫ x^power Σ c_n x^n dx; the report drops the part below the hinge where it is O(ε³)."""
-        keep = np.asarray(self.exact) | (truncate_from >= 1)
+    def _moment(self, monomials: Sequence[Array], power: int) -> Array:
+        """∫ x^power Σ c_n x^n dx; what lies inboard of the hinge is O(ε^(degree+1)), and the report keeps it to ε²."""
+        keep = np.asarray(self.exact) | (len(monomials) + power <= 2)
         outer = sum(c * self.tip ** (n + power + 1) / (n + power + 1) for n, c in enumerate(monomials))
         inner = sum(c * self.root ** (n + power + 1) / (n + power + 1) for n, c in enumerate(monomials))
         return np.asarray(outer - np.where(keep, inner, 0.0))
