@@ -1,0 +1,168 @@
+"""Rows of a database → Axes; the only room that imports matplotlib (object interface, no pyplot, no display needed).
+
+=====================  ==============================================================================================
+kind                   what it shows
+=====================  ==============================================================================================
+root-locus             the eigenvalues' paths in the complex plane with μ along them; Re across, stable on the left
+eigenvalues-vs-mu      frequency above, damping below, lock bands shaded, the limit of the simple model marked
+error-vs-mu            relative errors of the TPP modes, the tolerances and where they are crossed
+validity-summary       for many rotors at once, the ranges of μ in which each TPP mode holds or fails
+=====================  ==============================================================================================
+
+Floquet is solid, TPP (the tip-path plane) dashed, a mode has one colour.  Each kind is a function of rows (columns of
+one rotor by name, as ``query`` gives them) that draws into given Axes, or into a figure of its own at the width of a
+journal's page or column, and returns the Axes; ``plot_database`` writes a file.  What is drawn between rows, and why
+it is exact at lock edges and splits, stands in :mod:`floquet.plot.curves`.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import tempfile
+from collections.abc import Callable
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import matplotlib
+
+from floquet.errors import ParameterError, StorageError, did_you_mean
+from floquet.plot.against_mu import eigenvalues_vs_mu, error_vs_mu
+from floquet.plot.curves import lock_bands
+from floquet.plot.locus import root_locus
+from floquet.plot.parts import STYLE, root_figure
+from floquet.plot.summary import RotorRows, validity_summary
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from floquet.query import Database
+
+__all__ = [
+    "KINDS", "RotorRows", "eigenvalues_vs_mu", "error_vs_mu", "lock_bands", "plot_database", "root_locus",
+    "validity_summary",
+]  # fmt: skip
+
+KINDS: dict[str, Callable[..., Any]] = {
+    "root-locus": root_locus,
+    "eigenvalues-vs-mu": eigenvalues_vs_mu,
+    "error-vs-mu": error_vs_mu,
+    "validity-summary": validity_summary,
+}
+"""What ``plot_database`` and the command line can draw."""
+SUMMARIES = ("validity-summary",)
+"""Kinds that show several rotors; the others show one."""
+MOST = 40
+"""Rotors in one summary."""
+FORMATS: dict[str, dict[str, None]] = {"png": {"Software": None}, "pdf": {"CreationDate": None}, "svg": {"Date": None}}
+"""What a figure may be written as, and what is left out because it would make two files of one figure differ."""
+
+
+def plot_database(database: Database | str | Path, kind: str, out: str | Path, rotor: str | int | None = None, *,
+                  dpi: float = 200.0) -> Path:  # fmt: skip
+    """Draw a database and write the figure, whole or not at all.
+
+    Parameters
+    ----------
+    database
+        Open, or the path of a file.
+    kind
+        One of ``KINDS``.
+    out
+        The figure's path, which ends in .png, .pdf or .svg.
+    rotor
+        A rotor's name or its number in the file.  None is the first rotor, for a summary every rotor; another is
+        chosen with ``--rotor NAME`` on the command line.
+    dpi
+        Dots per inch of a .png.
+    """
+    from floquet.query import Database, open_database
+
+    if kind not in KINDS:
+        known = ", ".join(KINDS)
+        raise ParameterError(
+            "kind", kind, f"{kind!r} is no kind of figure{did_you_mean(str(kind), KINDS)}; there are {known}"
+        )
+    path = _target(out)
+    with contextlib.ExitStack() as closing:
+        db = database if isinstance(database, Database) else closing.enter_context(open_database(database))
+        rotors = [_rows(db, index) for index in _chosen(db, rotor, every=kind in SUMMARIES)]
+    if kind in SUMMARIES:
+        drawn = KINDS[kind](rotors)
+    else:
+        drawn = KINDS[kind](rotors[0].points, rotors[0].limits, name=rotors[0].name)
+    _write(root_figure(drawn[0] if isinstance(drawn, tuple) else drawn), path, dpi)
+    return path
+
+
+def _target(out: str | Path) -> Path:
+    path = Path(out)
+    ending = path.suffix.lower().lstrip(".")
+    if ending not in FORMATS:
+        given = f"{str(out)!r} ends in {path.suffix}" if path.suffix else f"{str(out)!r} has no ending"
+        sentence = f"{given}, and a figure's name ends in .png, .pdf or .svg{did_you_mean(ending, FORMATS)}"
+        raise ParameterError("out", str(out), sentence)
+    return path
+
+
+def _chosen(db: Database, rotor: str | int | None, *, every: bool) -> list[int]:
+    """Numbers of the rotors to draw."""
+    names, given = list(db.names), str(rotor)
+    last = db.query(columns=["rotor"], sort="rotor", descending=True, limit=1)["rotor"]
+    count = max(len(names), int(last[0]) + 1 if len(last) else 0)
+    if count == 0:
+        raise ParameterError("rotor", rotor, f"{db.path} has no rows, so there is nothing to draw: run its study first")
+    if rotor is None:
+        if every and count > MOST:
+            sentence = f"{db.path} has {count} rotors and a summary shows {MOST} at most: name one with --rotor"
+            raise ParameterError("rotor", rotor, sentence)
+        return list(range(count)) if every else [0]
+    folded = [name.casefold() for name in names]
+    for known, word in ((names, given), (folded, given.casefold())):
+        if word in known:
+            return [known.index(word)]
+    if given.isdecimal() and int(given) < count:
+        return [int(given)]
+    more = f" and {count - 8} more" if len(names) > 8 else ""
+    has = ", ".join(names[:8]) + more if any(names) else f"no names, so give a number from 0 to {count - 1}"
+    raise ParameterError(
+        "rotor", rotor, f"{given!r} is no rotor of {db.path}{did_you_mean(given, names)}; it has {has}"
+    )
+
+
+def _rows(db: Database, rotor: int) -> RotorRows:
+    name = db.names[rotor] if rotor < len(db.names) and db.names[rotor] else f"rotor {rotor}"
+    points = db.query(f"rotor == {rotor}", columns="*")
+    if not len(points["advance_ratio"]):
+        sentence = f"{db.path} has no rows of {name}: its study is not finished, so run it with --resume"
+        raise ParameterError("rotor", name, sentence)
+    limits = db.query(f"rotor == {rotor}", table="limits", columns="*") if "limits" in db.tables else {}
+    return RotorRows(name, points, limits)
+
+
+def _write(figure: Figure, path: Path, dpi: float) -> None:
+    """Write beside the target and move into place, so that no half a figure is ever seen."""
+    ending = path.suffix.lower().lstrip(".")
+    try:
+        handle, temporary = tempfile.mkstemp(prefix=f".{path.name}.", suffix=".part", dir=path.parent)
+        try:
+            with os.fdopen(handle, "wb") as file, matplotlib.rc_context(STYLE):
+                figure.savefig(file, format=ending, dpi=dpi, metadata=FORMATS[ending])
+            os.chmod(temporary, 0o666 & ~_umask())
+            os.replace(temporary, path)
+        except BaseException:
+            with contextlib.suppress(OSError):
+                os.unlink(temporary)
+            raise
+    except OSError as error:
+        reason = (error.strerror or str(error)).lower()
+        sentence = (
+            f"the figure could not be written ({reason}): check that its folder exists, may be written and has room"
+        )
+        raise StorageError(path, sentence) from error
+
+
+def _umask() -> int:
+    mask = os.umask(0)
+    os.umask(mask)
+    return mask
