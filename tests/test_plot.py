@@ -190,6 +190,7 @@ def test_eigenvalues_bands_limit_lines_and_labels(rows: dict[str, RotorRows], na
         for k in range(1, count + 1)
     ]
     assert strips == [pytest.approx(pair) for pair in ends]
+    assert all(p.get_y() > 0.9 for p in spans(upper, "failing"))  # a hint at the top of the panel, in its own units
     assert "per rev" in upper.get_ylabel() and "per rev" in lower.get_ylabel()
     assert "dimensionless" in lower.get_xlabel()
     parameters = (
@@ -335,7 +336,7 @@ def test_locus_marks_every_tenth_of_mu(rows: dict[str, RotorRows], name: str) ->
 def test_locus_enlarges_all_modes_at_one_scale_that_is_larger(rows: dict[str, RotorRows]) -> None:
     ax = root_locus(rows["hingeless"].points, rows["hingeless"].limits)
     panels = [other for other in ax.figure.axes if other is not ax]
-    assert len(panels) == 3
+    assert len(panels) == 3 and all(panel.get_aspect() == 1.0 for panel in panels)
 
     def scales(panel: Axes) -> tuple[float, float]:
         box = panel.get_window_extent()
@@ -395,6 +396,17 @@ def test_texts_keep_off_each_other(rows: dict[str, RotorRows], kind: str, name: 
     for ax in draw(kind, rows[name]).figure.axes:
         boxes = [t.get_window_extent() for t in ax.texts if isinstance(t, Annotation) and t.get_text()]
         assert not [1 for i, a in enumerate(boxes) for b in boxes[:i] if a.overlaps(b)]
+
+
+@pytest.mark.parametrize("kind", ["eigenvalues-vs-mu", "error-vs-mu"])
+@pytest.mark.parametrize("name", ["hingeless", "teetering", "stiff"])
+def test_texts_keep_off_the_lines(rows: dict[str, RotorRows], kind: str, name: str) -> None:
+    for ax in draw(kind, rows[name]).figure.axes:
+        boxes = [t.get_window_extent() for t in ax.texts if isinstance(t, Annotation) and not t.get_in_layout()]
+        assert boxes
+        for line in ax.lines:
+            x, y = ax.transData.transform(line.get_xydata()).T
+            assert not [b for b in boxes if np.any((b.x0 < x) & (x < b.x1) & (b.y0 < y) & (y < b.y1))]
 
 
 @pytest.mark.parametrize("kind", KINDS)
