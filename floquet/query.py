@@ -820,7 +820,7 @@ class Database:
     @cached_property
     def names(self) -> tuple[str, ...]:
         """The names of the rotors, which the column ``rotor`` counts; empty if they have none."""
-        return tuple(self._reader.names)
+        return tuple(map(str, self._reader.names))
 
     @property
     def attributes(self) -> dict[str, Any]:

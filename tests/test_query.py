@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import gc
+import json
 import random
 import re
 import shlex
@@ -16,9 +17,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from floquet import query
+from floquet import query, store
 from floquet.errors import DatabaseError, QueryError
-from floquet.query import Database, Interval, Predicate, Scope, compile_expression
+from floquet.query import Database, Interval, Predicate, Scope, compile_expression, open_database
 
 ROOT = Path(__file__).parents[1]
 
@@ -759,6 +760,110 @@ def test_rotors_without_names() -> None:
 
 def test_a_predicate_without_a_tree_skips_nothing() -> None:
     assert not Predicate(scope=SCOPE).skip({}, {})
+
+
+# --- a file -----------------------------------------------------------------------------------------------------------
+
+
+def _rows(columns: dict[str, Any], rows: int, seed: int) -> dict[str, Any]:
+    """Every column of a table of the schema: nothing but zeros, and numbers in those that are asked about."""
+    g = np.random.default_rng(seed)
+    table = {name: np.zeros(rows, column.dtype) for name, column in columns.items()}
+    for name in ("lock_number", "hinge_offset", "error_regressing", "limit"):
+        if name in table:
+            table[name] = g.integers(0, 64, rows) / 8
+    for name, column in columns.items():
+        if column.flags and name in ("verdict", "mode", "cause", "cause_regressing"):
+            table[name] = g.choice(list(column.flags), rows).astype(column.dtype)
+    table["rotor"] = (np.arange(rows) * 3 // rows).astype("i4")
+    return table
+
+
+@pytest.fixture(scope="module")
+def stored(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, dict[str, Any], dict[str, Any]]:
+    """A file of three chunks: μ rises along it, the second chunk is locked throughout, the third not at all."""
+    table, some = _rows(store.POINTS, 40_000, 1), _rows(store.LIMITS, 50, 2)
+    table["advance_ratio"] = np.linspace(0, 1, 40_000)
+    table["lock"] = np.where(np.arange(40_000) % 7 == 0, 0.5, np.nan)
+    table["lock"][16384:32768], table["lock"][32768:] = 1.0, np.nan
+    table["exponent_1"] = -np.linspace(0, 1, 40_000) + 1j * (np.arange(40_000) % 5)
+    path = tmp_path_factory.mktemp("query") / "validity.h5"
+    attributes = {"title": "a test", "study_id": "0", "rotor_names": json.dumps(NAMES)}
+    store.write(path, {"points": table, "limits": some}, attributes)
+    return path, table, some
+
+
+def test_a_file_answers_as_its_arrays_do(stored: tuple[Path, dict[str, Any], dict[str, Any]]) -> None:
+    path, table, some = stored
+    with open_database(path) as db:
+        assert db.names == NAMES and db.rows() == 40_000 and db.tables == ("points", "limits")
+        assert db.attributes["title"] == "a test" and db.path == str(path)
+        assert ("exponent_1", "1", store.POINTS["exponent_1"].long_name) in db.describe()
+        for text, expected in {
+            "": np.ones(40_000, bool),
+            "0.2 < advance_ratio <= 0.4 and lock_number < 6": (table["advance_ratio"] > 0.2)
+            & (table["advance_ratio"] <= 0.4)
+            & (table["lock_number"] < 6),
+            'verdict == "UNSTABLE" or cause_regressing == "LOCK"': (table["verdict"] == 1)
+            | (table["cause_regressing"] == 2),
+            'rotor == "lynx"': table["rotor"] == 1,
+            "exponent_1_re < -0.5 and exponent_1_im in (1, 4)": (table["exponent_1"].real < -0.5)
+            & np.isin(table["exponent_1"].imag, (1, 4)),
+            "lock == 0.5": table["lock"] == 0.5,
+            "isnan(lock)": np.isnan(table["lock"]),
+            "lock != 1": table["lock"] != 1,
+            "not isfinite(lock) and advance_ratio < 0.1": np.isnan(table["lock"]) & (table["advance_ratio"] < 0.1),
+        }.items():
+            found = db.query(text, columns=("advance_ratio", "exponent_1", "verdict", "rotor", "rotor_name"))
+            assert expected.any()
+            for name in ("advance_ratio", "exponent_1", "verdict", "rotor"):
+                np.testing.assert_array_equal(found[name], table[name][expected], err_msg=text)
+                assert found[name].dtype == table[name].dtype
+            assert found["rotor_name"].tolist() == [NAMES[i] for i in table["rotor"][expected]]
+        best = db.query(sort="error_regressing", descending=True, limit=20, columns=("advance_ratio",))
+        order = np.argsort(-table["error_regressing"], kind="stable")[:20]
+        np.testing.assert_array_equal(best["advance_ratio"], table["advance_ratio"][order])
+        regressing = db.limits("mode == 'regressing' and limit < 4")
+        chosen = (some["mode"] == 0) & (some["limit"] < 4)
+        np.testing.assert_array_equal(regressing["limit"], some["limit"][chosen])
+        assert list(db.query("lock == 7", columns="*")) == [*store.POINTS, "rotor_name"]
+
+
+def test_the_default_columns_are_columns_of_the_schema() -> None:
+    for table, names in query.DEFAULT_COLUMNS.items():
+        assert set(names) - {query.ROTOR_NAME} <= set(store.TABLES[table])
+
+
+def test_chunks_of_a_file_are_skipped_by_their_stored_ranges(
+    stored: tuple[Path, dict[str, Any], dict[str, Any]], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    read: list[int] = []
+    variable = store.File.variable
+    monkeypatch.setattr(
+        store.File,
+        "variable",
+        lambda self, table, name, chunk: [read.append(chunk), variable(self, table, name, chunk)][1],
+    )
+    with open_database(stored[0]) as db:
+        for text, chunks in {
+            "advance_ratio > 0.9": {2},
+            "0.45 < advance_ratio < 0.7": {1},
+            "exponent_1_re > -0.1": {0},
+            "lock < 0.75": {0, 2},  # where everything is nan, nothing is stored and nothing can be said
+            "lock != 1": {0, 1, 2},  # a chunk of ones may have nan among them
+            "verdict == 'UNSTABLE' and rotor == 'Bo 105'": {0},
+            "advance_ratio > 2": set(),
+        }.items():
+            read.clear()
+            db.query(text, columns=("hinge_offset",))
+            assert set(read) == chunks, text
+
+
+def test_what_is_no_database_is_said_in_a_sentence(tmp_path: Path) -> None:
+    (tmp_path / "text.h5").write_text("advance_ratio > 0.3")
+    for name in ("text.h5", "missing.h5", "."):
+        with pytest.raises(DatabaseError):
+            open_database(tmp_path / name)
 
 
 # --- docs/query.md: every example runs --------------------------------------------------------------------------------
