@@ -36,7 +36,7 @@ two reals.
 
 Reading order, which is the order in which data flow (nothing imports against it)::
 
-    errors, tomlfile, rotor → periodic → models → period_map → exponents → modes → comparison → validity
+    errors, tomlfile, rotorfile, rotor → periodic → models → period_map → exponents → modes → comparison → validity
                             → sweep → store → study → query → plot → report → cli
 
 Names below are loaded when they are first used: ``import floquet`` itself loads no NumPy, SciPy, h5py or matplotlib.

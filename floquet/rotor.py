@@ -28,19 +28,23 @@ from __future__ import annotations
 
 import functools
 import math
+import os
 import reprlib
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, fields
 from enum import IntEnum
 from types import MappingProxyType
-from typing import Any, TypeAlias, TypeVar
+from typing import TYPE_CHECKING, Any, TypeAlias, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
-from floquet.errors import ParameterError, did_you_mean
+from floquet.errors import ConfigError, ParameterError, Problem, did_you_mean
 
-__all__ = ["PARAMETERS", "Hub", "Parameter", "Rotor"]
+if TYPE_CHECKING:
+    from floquet.tomlfile import Document
+
+__all__ = ["PARAMETERS", "Hub", "Parameter", "Rotor", "dump_rotor", "load_rotor"]
 
 Values: TypeAlias = "float | NDArray[np.float64]"
 _T = TypeVar("_T")
@@ -107,6 +111,16 @@ _OUTPUT = (
 )  # fmt: skip
 _NAMES = tuple(p.name for p in PARAMETERS)
 
+_PHYSICAL = {
+    "flap_inertia": ("hinge_stiffness", "static_moment_ratio", "lock_number"),
+    "hinge_spring": ("hinge_stiffness",),
+    "static_moment": ("static_moment_ratio",),
+    "air_density": ("lock_number",),
+    "lift_slope": ("lock_number",),
+    "chord": ("lock_number",),
+}
+"""Physical values of a rotor file that may have a source without being fields of Rotor, and what they determine."""
+
 
 def _suggesting(cls: type[_T]) -> type[_T]:
     """Turn the TypeError of a misspelt, missing or positional argument into a ParameterError; the signature stays."""
@@ -140,7 +154,7 @@ class Rotor:
     arrays of their own shape (see ``broadcast``). ``offset_mass_ratio=None`` is resolved here to hinge_offset *
     static_moment_ratio, 1.5 ε with the default 1.5; ``replace`` resolves it again. ``blades``, ``hub``, ``rotor_speed``
     and ``radius`` are one value for the batch. A teetering hub needs two blades and ε = m = 0. ``sources`` maps names
-    of parameters to the sentence that says where the value is from.
+    of parameters, or of the physical values they were computed from, to the sentence that says where the value is from.
 
     >>> Rotor(lock_number=8.0, hinge_offset=0.05).flap_frequency
     1.036822067666386
@@ -193,7 +207,8 @@ class Rotor:
 
     def replace(self, **changes: Any) -> Rotor:
         """A rotor with some fields changed; a derived offset_mass_ratio follows, sources of changed values go."""
-        sources = {name: sentence for name, sentence in self.sources.items() if name not in changes}
+        gone = {*changes, *(name for name, made in _PHYSICAL.items() if set(made) <= set(changes))}
+        sources = {name: sentence for name, sentence in self.sources.items() if name not in gone}
         return Rotor(**{**self._given(), "sources": sources, **changes})
 
     def broadcast(self) -> Rotor:
@@ -342,7 +357,7 @@ def _frozen(array: Any) -> Values:
     if np.ndim(array) == 0:
         return float(array)
     array.setflags(write=False)
-    return array  # type: ignore[no-any-return]
+    return array
 
 
 def _first(array: NDArray[np.float64], bad: NDArray[np.bool_]) -> str:
@@ -391,10 +406,74 @@ def _text(name: str, value: Any) -> str:
 def _sources(value: Any) -> Mapping[str, str]:
     if not isinstance(value, Mapping):
         raise ParameterError("sources", value, f"{value!r} was given; it must map names of parameters to sentences")
-    known = [f.name for f in fields(Rotor) if f.name != "sources"]
+    known = [f.name for f in fields(Rotor) if f.name != "sources"] + list(_PHYSICAL)
     for name, sentence in value.items():
         if name not in known:
             sentence = f"{name!r} is no parameter of a rotor{did_you_mean(str(name), known)}"
             raise ParameterError("sources", value, sentence)
         _text(f"sources.{name}", sentence)
     return MappingProxyType(dict(value))
+
+
+# Files: the format is in floquet.rotorfile, which needs pydantic and is loaded when a file is read.
+
+
+def load_rotor(path: str | os.PathLike[str]) -> Rotor:
+    """The rotor in a TOML file; a ConfigError with all problems and their lines if it does not follow the format."""
+    from floquet.tomlfile import read_document
+
+    return _from_document(read_document(path))
+
+
+def dump_rotor(rotor: Rotor) -> str:
+    """The text of a file that ``load_rotor`` reads back to the same rotor, nondimensional and with its sources."""
+    from floquet.rotorfile import write
+
+    if rotor.shape:
+        sentence = f"a batch of shape {rotor.shape} was given, but a file holds one rotor, so choose one: rotor[0]"
+        raise ParameterError("rotor", rotor, sentence)
+    given = rotor._given()
+    first = {"name": rotor.name, "hub": rotor.hub.name.lower(), "blades": rotor.blades}
+    return write(first | {n: given[n] for n in (*_NAMES, *(p.name for p in _OUTPUT))}, rotor.sources)
+
+
+def _from_document(document: Document) -> Rotor:
+    from floquet.rotorfile import RotorFile, nondimensional
+
+    if problems := document.problems(RotorFile):
+        table = document.data.get("rotor")
+        wrong = {problem.key for problem in problems}
+        plain = table if isinstance(table, dict) else {}
+        given = {n: plain[n] for n in plain if n in _DEFAULTS | {"lock_number": None} and f"rotor.{n}" not in wrong}
+        problems += _range_problems(document, {"lock_number": 1.0, **given}, {})
+        raise ConfigError(document.path, sorted(problems, key=lambda problem: problem.line))
+    values = nondimensional(document.validate(RotorFile).rotor)
+    problems = [document.problem(sentence, "rotor", *key) for key, sentence in values.faults]
+    problems += _range_problems(document, {"lock_number": 1.0, **values.arguments}, values.origins)
+    if problems:
+        raise ConfigError(document.path, sorted(problems, key=lambda problem: problem.line))
+    return Rotor(**values.arguments)
+
+
+def _range_problems(
+    document: Document, given: Mapping[str, Any], origins: Mapping[str, tuple[str, ...]]
+) -> list[Problem]:
+    """What ``check`` finds wrong with the values of a file, at the keys they came from."""
+    _, faults = check({**_DEFAULTS, "sources": {}, **given})
+    problems = []
+    for fault in faults:
+        key = origins.get(fault.name, (fault.name,))
+        if fault.name in given and fault.name != "sources":
+            sentence = fault.sentence.replace("hub=Hub.ARTICULATED", 'hub = "articulated"').replace(
+                "blades=2", "blades = 2"
+            )
+            if key[0] == "physical":
+                rule = {p.name: p.rule for p in (*PARAMETERS, *_OUTPUT)}[fault.name]
+                sentence = (
+                    f"it makes {fault.name} {_short(fault.value)}, which must be {rule}: check the values it is "
+                    "computed from and their units"
+                )
+            problems.append(document.problem(sentence, "rotor", *key))
+        elif fault.name == "blades":
+            problems.append(document.problem(fault.sentence.replace("blades=2", "blades = 2"), "rotor", "blades"))
+    return problems

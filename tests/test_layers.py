@@ -14,9 +14,9 @@ import floquet
 
 PACKAGE = Path(floquet.__file__).parent
 ORDER = (
-    "errors", "tomlfile", "rotor", "periodic", "models", "kernels", "collocation", "period_map", "exponents", "modes",
-    "comparison", "validity", "response", "decoupling", "sweep", "store", "study", "query", "plot", "report", "cli",
-    "__main__",
+    "errors", "tomlfile", "rotorfile", "rotor", "periodic", "models", "kernels", "collocation", "period_map",
+    "exponents", "modes", "comparison", "validity", "response", "decoupling", "sweep", "store", "study", "query",
+    "plot", "report", "cli", "__main__",
 )  # fmt: skip
 HOMES = {
     "h5py": "store", "matplotlib": "plot", "click": "cli", "rich": "cli", "numba": "kernels", "lark": "query",
