@@ -8,8 +8,8 @@ A database has two tables, each a group that xarray opens as a dataset::
 
 A complex column NAME is stored as the variables NAME_re and NAME_im.  Every variable is cut into chunks of
 :data:`CHUNK_ROWS` rows, compressed, with HDF5's checksum; the blake2b digest of every chunk is checked whenever it is
-read, and one more covers the schema and the attributes.  Files appear whole or not at all: they are written beside their
-place, synced, and renamed.
+read, and one more covers the schema and the attributes.  Files appear whole or not at all: they are written beside
+their place, synced, and renamed.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ import hashlib
 import json
 import math
 import os
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from enum import IntEnum
 from pathlib import Path
@@ -39,7 +39,7 @@ from .rotor import PARAMETERS, Hub
 from .sweep import INTERVALS, METRIC_COLUMNS, MODES
 
 __all__ = ["CHUNK_ROWS", "LIMITS", "POINTS", "SCHEMA", "TABLES", "Column", "File", "TableWriter", "atomic", "create",
-           "data_digest", "open_file", "stored_variables", "verify", "write"]  # fmt: skip
+           "copy_rows", "data_digest", "open_file", "stored_variables", "verify", "write", "write_failure"]  # fmt: skip
 
 Rows = Mapping[str, NDArray[Any]]
 Skip = Callable[[Mapping[str, float], Mapping[str, float]], bool]
@@ -158,7 +158,7 @@ def atomic(path: str | Path) -> Iterator[Path]:
         os.replace(temporary, path)
         _sync_folder(path.parent)
     except OSError as error:
-        raise StorageError(path, _write_failure(error)) from error
+        raise StorageError(path, write_failure(error)) from error
     finally:
         with contextlib.suppress(OSError):
             temporary.unlink()
@@ -179,7 +179,7 @@ def _sync_folder(folder: Path) -> None:
             os.close(descriptor)
 
 
-def _write_failure(error: OSError) -> str:
+def write_failure(error: OSError) -> str:
     """Why a file could not be written, in a sentence."""
     reasons = {
         errno.ENOSPC: "the disk is full: free some space",
@@ -205,7 +205,9 @@ def write(path: str | Path, tables: Mapping[str, Rows], attributes: Mapping[str,
 
 
 @contextlib.contextmanager
-def create(path: str | Path, lengths: Mapping[str, int], attributes: Mapping[str, Any]) -> Iterator[dict[str, TableWriter]]:
+def create(
+    path: str | Path, lengths: Mapping[str, int], attributes: Mapping[str, Any]
+) -> Iterator[dict[str, TableWriter]]:
     """A new file of tables with so many rows each, to be filled through writers in row order."""
     with atomic(path) as temporary, _hdf5_errors(path):
         with h5py.File(temporary, "w", libver=("v108", "v108"), track_order=True) as file:
@@ -233,7 +235,9 @@ def _hdf5_errors(path: str | Path) -> Iterator[None]:
                 raise OSError(code, os.strerror(code)) from error
         if isinstance(error, OSError) and error.errno:
             raise
-        raise StorageError(path, f"could not be written ({text.splitlines()[0]}); what was saved before is untouched") from error
+        raise StorageError(
+            path, f"could not be written ({text.splitlines()[0]}); what was saved before is untouched"
+        ) from error
 
 
 class TableWriter:
@@ -296,7 +300,9 @@ class TableWriter:
         """Write what waits, and the digests."""
         left = sum(map(len, self.waiting["rotor"]))
         if self.at + left != self.rows:
-            raise StorageError(self.file.filename, f"{self.at + left} rows came for the table {self.table} of {self.rows}")
+            raise StorageError(
+                self.file.filename, f"{self.at + left} rows came for the table {self.table} of {self.rows}"
+            )
         if left:
             self._flush(left)
         group = self.file.create_group(f"integrity/{self.table}", track_order=True)
@@ -374,7 +380,9 @@ class File:
     def __enter__(self) -> File:
         return self
 
-    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None) -> None:
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
         self.close()
 
     def close(self) -> None:
@@ -397,22 +405,29 @@ class File:
             raise DatabaseError(self.path, f"there is no table {table!r}: it has {', '.join(self.tables) or 'none'}")
         return self._integrity[table][0]
 
-    def _read_integrity(self, table: str) -> tuple[dict[str, int], NDArray[np.uint8], NDArray[np.float64], NDArray[np.float64]]:
+    def _read_integrity(
+        self, table: str
+    ) -> tuple[dict[str, int], NDArray[np.uint8], NDArray[np.float64], NDArray[np.float64]]:
         group = self._file[f"integrity/{table}"]
         variables = {name: i for i, name in enumerate(str(_plain(group.attrs["variables"])).split("\n"))}
         digests, minima, maxima = (group[name][()] for name in ("digests", "minima", "maxima"))
         chunks = max(1, math.ceil(self._file[table]["row"].shape[0] / CHUNK_ROWS))
-        sizes_agree = digests.shape == (len(variables), chunks, 16) and minima.shape == maxima.shape == digests.shape[:2]
+        sizes_agree = (
+            digests.shape == (len(variables), chunks, 16) and minima.shape == maxima.shape == digests.shape[:2]
+        )
         if not sizes_agree or int(group.attrs["chunk_rows"]) != CHUNK_ROWS:
-            raise DatabaseError(self.path, f"the table {table} and its digests do not belong together: the file is damaged")
+            raise DatabaseError(
+                self.path, f"the table {table} and its digests do not belong together: the file is damaged"
+            )
         return variables, digests, minima, maxima
 
-    def chunks(self, table: str, columns: Sequence[str], start: int = 0, stop: int | None = None, skip: Skip | None = None
-               ) -> Iterator[tuple[int, dict[str, NDArray[Any]]]]:  # fmt: skip
+    def chunks(
+        self, table: str, columns: Sequence[str], start: int = 0, stop: int | None = None, skip: Skip | None = None
+    ) -> Iterator[tuple[int, dict[str, NDArray[Any]]]]:
         """(first row, columns) of a table chunk by chunk, each checked against its digest.
 
-        ``columns`` may be columns (complex ones whole) or stored variables.  ``skip(minima, maxima)`` leaves out a chunk
-        by the ranges of its variables, nan apart.
+        ``columns`` may be columns (complex ones whole) or stored variables.  ``skip(minima, maxima)`` leaves out a
+        chunk by the ranges of its variables, nan apart.
         """
         variables, _, minima, maxima = self._integrity[table] if self._known(table) else ({}, None, None, None)
         total = self.rows(table)
@@ -490,7 +505,9 @@ def _opened(path: str | Path) -> h5py.File:
     try:
         return h5py.File(path, "r")
     except (OSError, RuntimeError) as error:
-        raise DatabaseError(path, "this HDF5 file is damaged or was cut short: restore a copy or run the study again") from error
+        raise DatabaseError(
+            path, "this HDF5 file is damaged or was cut short: restore a copy or run the study again"
+        ) from error
 
 
 @contextlib.contextmanager
@@ -509,7 +526,9 @@ def _check_schema(path: str, attributes: Mapping[str, Any]) -> None:
         raise DatabaseError(path, "this HDF5 file was not made by floquet: a database is made with floquet run")
     if int(version.split(".")[0]) > SCHEMA[0]:
         ours = "{}.{}".format(*SCHEMA)
-        raise DatabaseError(path, f"its schema is version {version}, and this release reads up to {ours}: install a newer floquet-rotor")
+        raise DatabaseError(
+            path, f"its schema is version {version}, and this release reads up to {ours}: install a newer floquet-rotor"
+        )
 
 
 def verify(path: str | Path) -> tuple[str, ...]:
@@ -524,8 +543,8 @@ def data_digest(path: str | Path) -> str:
         return file.data_digest()
 
 
-def copy_rows(sources: Iterable[tuple[File, int, int]], table: str, writer: TableWriter) -> None:
-    """Append rows start … stop of each source to a table, checking every chunk."""
-    for file, start, stop in sources:
-        for _, rows in file.chunks(table, list(TABLES[table]), start, stop):
-            writer.add(rows)
+def copy_rows(source: File, table: str, writer: TableWriter, *, rotor_offset: int = 0) -> None:
+    """Append a file's rows to a table, checking every chunk; rotors are numbered on from ``rotor_offset``."""
+    for _, rows in source.chunks(table, list(TABLES[table])):
+        rows["rotor"] = rows["rotor"] + np.int32(rotor_offset)
+        writer.add(rows)

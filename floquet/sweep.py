@@ -21,7 +21,7 @@ from .models.physics import advance_ratios
 from .rotor import PARAMETERS, Hub, Rotor
 from .validity import Limit, limits
 
-__all__ = ["INTERVALS", "MODES", "Plan", "limit_rows", "point_rows", "sweep"]
+__all__ = ["ENGINE", "INTERVALS", "MODES", "Plan", "limit_rows", "point_rows", "sweep"]
 
 Rows = dict[str, NDArray[Any]]
 
@@ -29,6 +29,8 @@ Rows = dict[str, NDArray[Any]]
 MODES = ("regressing", "coning", "advancing", "differential")
 #: Intervals of failure kept in a row of limits; their true number is a column.
 INTERVALS = 6
+#: Raised when any number in a row changes.
+ENGINE = 1
 METRIC_COLUMNS = {
     Metric.RELATIVE: "error_{}",
     Metric.ABSOLUTE: "error_absolute_{}",
