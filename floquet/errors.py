@@ -7,10 +7,10 @@
     │   ├── ParameterError               a model, rotor or option value          .name .value
     │   ├── ConfigError                  a rotor or study file                   .path .problems
     │   ├── QueryError                   a query expression                      .expression .column
-    │   └── DatabaseError                missing, damaged, foreign or too new    .path
+    │   └── DatabaseError                missing, foreign, cut short or too new  .path
+    │       └── DamageError              stored data do not match their digests  .path .places
     └── FailedError                      the world failed; the command line exits with 1
-        ├── StorageError                 disk full, no permission                .path
-        └── DamageError                  ``verify`` found stored data changed    .path .places
+        └── StorageError                 disk full, no permission                .path
     FloquetWarning (a UserWarning)       legitimate, but probably not what was meant
 
 Every message is one sentence or two: what was given, the rule, the likely cause, the way out.
@@ -31,9 +31,9 @@ __all__ = [
     "Problem",
     "QueryError",
     "DatabaseError",
+    "DamageError",
     "FailedError",
     "StorageError",
-    "DamageError",
     "FloquetWarning",
     "did_you_mean",
 ]
@@ -91,6 +91,19 @@ class DatabaseError(InputError):
         self.path = str(path)
 
 
+class DamageError(DatabaseError):
+    """Stored data no longer match their digests; ``places`` names the chunks."""
+
+    def __init__(self, path: str | Path, places: Sequence[str]) -> None:
+        shown = ", ".join(places[:3]) + (f" and {len(places) - 3} more" if len(places) > 3 else "")
+        super().__init__(
+            path,
+            f"the stored data do not match their digests ({shown}); the file was changed or the disk is failing: "
+            "restore a copy or run the study again",
+        )
+        self.places = tuple(places)
+
+
 class FailedError(FloquetError):
     """The input was right and the work still failed."""
 
@@ -101,19 +114,6 @@ class StorageError(FailedError):
     def __init__(self, path: str | Path, sentence: str) -> None:
         super().__init__(f"{path}: {sentence}")
         self.path = str(path)
-
-
-class DamageError(FailedError):
-    """Stored data no longer match their digests; ``places`` names the chunks."""
-
-    def __init__(self, path: str | Path, places: Sequence[str]) -> None:
-        shown = ", ".join(places[:3]) + (f" and {len(places) - 3} more" if len(places) > 3 else "")
-        super().__init__(
-            f"{path}: the stored data do not match their digests ({shown}); "
-            "the file was changed or the disk is failing: "
-            "restore a copy or run the study again"
-        )
-        self.path, self.places = str(path), tuple(places)
 
 
 class FloquetWarning(UserWarning):

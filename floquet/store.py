@@ -209,44 +209,105 @@ def create(
     path: str | Path, lengths: Mapping[str, int], attributes: Mapping[str, Any]
 ) -> Iterator[dict[str, TableWriter]]:
     """A new file of tables with so many rows each, to be filled through writers in row order."""
-    with atomic(path) as temporary, _hdf5_errors(path):
-        with h5py.File(temporary, "w", libver=("v108", "v108"), track_order=True) as file:
+    with atomic(path) as temporary, _Sink(temporary) as sink:
+        with h5py.File(sink, "w", libver=("v108", "v108"), track_order=True) as file:
             for name, value in attributes.items():
                 file.attrs[name] = value
             file.attrs["Conventions"] = "CF-1.10"
             file.attrs["schema_version"] = "{}.{}".format(*SCHEMA)
             names = str(attributes.get("rotor_names", "[]"))
-            writers = {table: TableWriter(file, table, rows, names) for table, rows in lengths.items()}
+            writers = {table: TableWriter(file, table, rows, names, sink.check) for table, rows in lengths.items()}
             yield writers
             for writer in writers.values():
                 writer.finish()
             file.attrs["attributes_digest"] = _attributes_digest(file)
 
 
-@contextlib.contextmanager
-def _hdf5_errors(path: str | Path) -> Iterator[None]:
-    """HDF5 reports a full disk as a RuntimeError or an OSError without a number."""
-    try:
-        yield
-    except (RuntimeError, OSError) as error:
-        text = str(error)
-        for code, word in ((errno.ENOSPC, "No space left"), (errno.EFBIG, "File too large"), (errno.EDQUOT, "quota")):
-            if word in text:
-                raise OSError(code, os.strerror(code)) from error
-        if isinstance(error, OSError) and error.errno:
-            raise
-        raise StorageError(
-            path, f"could not be written ({text.splitlines()[0]}); what was saved before is untouched"
-        ) from error
+class _Sink:
+    """A file for HDF5 to write to that never fails under its hands.
+
+    HDF5 does not survive a full disk: a file that cannot be flushed at its close may crash the process.  Here the first
+    error is kept, what follows is swallowed, and the error is raised when HDF5 is done.
+    """
+
+    def __init__(self, path: Path) -> None:
+        self.file, self.position = path.open("w+b", buffering=0), 0
+        self.error: OSError | None = None
+
+    def __enter__(self) -> _Sink:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.file.close()
+        self.check()
+
+    def check(self) -> None:
+        """Raise what went wrong."""
+        if self.error is not None:
+            raise self.error
+
+    def write(self, data: Any) -> int:
+        """Write all of ``data`` at the position."""
+        left = memoryview(data).cast("B")
+        size = len(left)
+        try:
+            self.file.seek(self.position)
+            while len(left) and self.error is None:
+                left = left[self.file.write(left) or 0 :]
+        except OSError as error:
+            self.error = self.error or error
+        self.position += size
+        return size
+
+    def readinto(self, buffer: Any) -> int:
+        """Fill ``buffer``, with zeros beyond what was written."""
+        view = memoryview(buffer).cast("B")
+        self.file.seek(self.position)
+        count = self.file.readinto(view) or 0
+        view[count:] = bytes(len(view) - count)
+        self.position += len(view)
+        return len(view)
+
+    def read(self, size: int) -> bytes:
+        """As :meth:`readinto`; h5py knows a file by this method."""
+        buffer = bytearray(size)
+        self.readinto(buffer)
+        return bytes(buffer)
+
+    def seek(self, offset: int, whence: int = os.SEEK_SET) -> int:
+        """Move; the end is the end of what was written."""
+        base = {os.SEEK_SET: 0, os.SEEK_CUR: self.position, os.SEEK_END: os.fstat(self.file.fileno()).st_size}[whence]
+        self.position = base + offset
+        return self.position
+
+    def tell(self) -> int:
+        """The position."""
+        return self.position
+
+    def truncate(self, size: int | None = None) -> int:
+        """Set the size."""
+        size = self.position if size is None else size
+        try:
+            self.file.truncate(size)
+        except OSError as error:
+            self.error = self.error or error
+        return size
+
+    def flush(self) -> None:
+        """Nothing waits here."""
 
 
 class TableWriter:
     """Fills one table, chunk after chunk, and keeps the digests."""
 
-    def __init__(self, file: h5py.File, table: str, rows: int, rotor_names: str) -> None:
+    def __init__(
+        self, file: h5py.File, table: str, rows: int, rotor_names: str, check: Callable[[], None] = lambda: None
+    ) -> None:
+        self.check = check
         self.columns, self.rows, self.table, self.file = TABLES[table], rows, table, file
         self.variables = stored_variables(self.columns)
-        self.at, self.waiting = 0, {name: [] for name in self.variables}  # type: dict[str, list[NDArray[Any]]]
+        self.at = 0
+        self.waiting: dict[str, list[NDArray[Any]]] = {name: [] for name in self.variables}
         chunks = max(1, math.ceil(rows / CHUNK_ROWS))
         self.digests = np.zeros((len(self.variables), chunks, 16), np.uint8)
         self.ranges = np.full((2, len(self.variables), chunks), np.nan)
@@ -295,6 +356,7 @@ class TableWriter:
                 self.ranges[:, i, chunk] = np.nanmin(part), np.nanmax(part)
             self.waiting[name] = [rest]
         self.at += count
+        self.check()
 
     def finish(self) -> None:
         """Write what waits, and the digests."""
@@ -398,7 +460,8 @@ class File:
     def rows(self, table: str) -> int:
         """Number of rows of a table."""
         self._known(table)
-        return int(self._file[table]["row"].shape[0])
+        with _reading(self.path):
+            return int(self._file[table]["row"].shape[0])
 
     def _known(self, table: str) -> dict[str, int]:
         if table not in self._integrity:
@@ -446,7 +509,10 @@ class File:
         if name in known:
             return self.variable(table, name, chunk)
         if f"{name}_re" in known:
-            return self.variable(table, f"{name}_re", chunk) + 1j * self.variable(table, f"{name}_im", chunk)
+            real, imaginary = (self.variable(table, f"{name}_{part}", chunk) for part in ("re", "im"))
+            out = np.empty(real.shape, complex)
+            out.real, out.imag = real, imaginary
+            return out
         raise DatabaseError(self.path, f"the table {table} has no column {name!r}: it was written without it")
 
     def variable(self, table: str, name: str, chunk: int) -> NDArray[Any]:
@@ -464,7 +530,11 @@ class File:
 
     def damaged(self) -> Iterator[str]:
         """Every place that does not match its digest, its type or its flags."""
-        if self.attributes.get("attributes_digest") != _attributes_digest(self._file):
+        try:
+            sound = self.attributes.get("attributes_digest") == _attributes_digest(self._file)
+        except (OSError, RuntimeError, ValueError, KeyError, TypeError):
+            sound = False
+        if not sound:
             yield "attributes and schema"
         for table in self.tables:
             columns = stored_variables(TABLES[table])

@@ -14,13 +14,14 @@ When all shards are there they are packed, checked, into the database, and only 
 from __future__ import annotations
 
 import contextlib
+import functools
 import hashlib
 import json
 import math
 import shutil
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from concurrent.futures import BrokenExecutor, Executor, Future, as_completed
+from concurrent.futures import BrokenExecutor, Executor, as_completed
 from dataclasses import dataclass, field
 from itertools import product
 from pathlib import Path
@@ -505,14 +506,7 @@ def _compute(
     """Make the shards; the names of those that failed, with reasons."""
     failed: list[tuple[str, str]] = []
     with _engine(workers if len(todo) > 1 else 1, executor) as engine:
-        if engine is None:
-            results: Iterator[tuple[Shard, Callable[[], str]]] = (
-                (s, lambda s=s: _make(study.plan, s, folder, study.id)) for s in todo
-            )  # type: ignore[misc]
-        else:
-            futures: dict[Future[str], Shard] = {engine.submit(_make, study.plan, s, folder, study.id): s for s in todo}
-            results = ((futures[f], f.result) for f in as_completed(futures))
-        for shard, result in results:
+        for shard, result in _results(engine, study, todo, folder):
             try:
                 result()
             except InputError as error:
@@ -524,6 +518,19 @@ def _compute(
                 ) from error
             count(shard)
     return failed
+
+
+def _results(
+    engine: Executor | None, study: Study, todo: Sequence[Shard], folder: Path
+) -> Iterator[tuple[Shard, Callable[[], str]]]:
+    """Each shard as it is done (or, in this process, to be done), with what gives its result or raises."""
+    if engine is None:
+        for shard in todo:
+            yield shard, functools.partial(_make, study.plan, shard, folder, study.id)
+        return
+    futures = {engine.submit(_make, study.plan, shard, folder, study.id): shard for shard in todo}
+    for future in as_completed(futures):
+        yield futures[future], future.result
 
 
 @contextlib.contextmanager
@@ -600,7 +607,7 @@ def _attributes(
     return {
         "title": title,
         "history": f"{now} floquet-rotor {__version__}",
-        "source": f"floquet-rotor {__version__}: Floquet exponents of flapping against the tip-path plane; no dynamic inflow",
+        "source": f"floquet-rotor {__version__}: Floquet exponents against the tip-path plane; no dynamic inflow",
         "created": now,
         "study_id": study_id,
         "engine_version": ENGINE,

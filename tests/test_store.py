@@ -1,0 +1,242 @@
+"""Files whole or not at all, digests that notice, readers that are not ours."""
+
+from __future__ import annotations
+
+import errno
+import json
+import os
+import subprocess
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import h5py
+import numpy as np
+import pytest
+
+from floquet import store
+from floquet.comparison import Metric
+from floquet.errors import DamageError, DatabaseError, StorageError
+from floquet.rotor import Hub, Rotor
+from floquet.sweep import Plan, limit_rows, point_rows
+
+ATTRIBUTES = {"study_id": "abc", "title": "a test", "rotor_names": json.dumps(["Bo 105", "two blades"])}
+
+
+@pytest.fixture(scope="module")
+def rows() -> dict[str, dict[str, np.ndarray[Any, Any]]]:
+    rotors = (
+        Rotor(lock_number=5.087, hinge_stiffness=0.248, name="Bo 105"),
+        Rotor(lock_number=6.0, blades=2, hub=Hub.TEETERING, name="two blades"),
+    )
+    plan = Plan(rotors=rotors, advance_ratio=np.linspace(0, 1, 21), tolerances=((Metric.RELATIVE, 0.05),))
+    return {"points": point_rows(plan, 0, plan.points), "limits": limit_rows(plan, 0, 2)}
+
+
+@pytest.fixture
+def path(tmp_path: Path, rows: dict[str, Any], monkeypatch: pytest.MonkeyPatch) -> Path:
+    """A database of three chunks a table of points."""
+    monkeypatch.setattr(store, "CHUNK_ROWS", 16)
+    target = tmp_path / "a base.h5"
+    store.write(target, rows, ATTRIBUTES)
+    return target
+
+
+def test_every_column_of_the_schema_is_written_and_nothing_else(rows: dict[str, Any]) -> None:
+    for table, columns in store.TABLES.items():
+        assert list(rows[table]) == list(columns) or set(rows[table]) == set(columns)
+        for name, column in columns.items():
+            assert rows[table][name].dtype == np.dtype(column.dtype), name
+
+
+def test_what_is_read_is_what_was_written(path: Path, rows: dict[str, Any]) -> None:
+    with store.open_file(path) as file:
+        assert (
+            file.tables == ("points", "limits") and file.names == ("Bo 105", "two blades") and file.rows("points") == 42
+        )
+        for table, columns in rows.items():
+            read = [part for _, part in file.chunks(table, list(columns))]
+            for name, value in columns.items():
+                assert np.concatenate([p[name] for p in read]).tobytes() == value.tobytes(), name
+        [(start, part)] = list(file.chunks("points", ["rotor", "exponent_1_im"], 18, 20))
+        assert start == 18
+        np.testing.assert_array_equal(part["exponent_1_im"], rows["points"]["exponent_1"].imag[18:20])
+
+
+def test_ranges_let_chunks_be_skipped(path: Path) -> None:
+    with store.open_file(path) as file:
+        seen = [
+            start for start, _ in file.chunks("points", ["rotor"], skip=lambda low, high: high["advance_ratio"] < 0.9)
+        ]
+        assert seen == [16, 32]  # μ restarts with the second rotor in row 21
+
+
+@pytest.mark.parametrize("engine", ["h5netcdf", "netcdf4"])
+def test_xarray_reads_it(path: Path, rows: dict[str, Any], engine: str) -> None:
+    xarray = pytest.importorskip("xarray")
+    pytest.importorskip("netCDF4" if engine == "netcdf4" else engine)
+    with xarray.open_dataset(path, group="points", engine=engine) as data:
+        assert dict(data.sizes) == {"row": 42}
+        np.testing.assert_array_equal(data["error_regressing"], rows["points"]["error_regressing"])
+        np.testing.assert_array_equal(data["tpp_coning_1_im"], rows["points"]["tpp_coning_1"].imag)
+        assert data["error_regressing"].attrs["units"] == "1" and "per rev" in data["exponent_1_re"].attrs["long_name"]
+        assert data["verdict"].attrs["flag_meanings"] == "STABLE UNSTABLE UNDECIDED"
+        assert data["rotor"].attrs["flag_meanings"] == "Bo_105 two_blades"
+
+
+def test_plain_h5py_reads_it(path: Path, rows: dict[str, Any]) -> None:
+    with h5py.File(path) as file:
+        np.testing.assert_array_equal(file["limits/limit"][()], rows["limits"]["limit"])
+        assert (
+            file["points/row"].is_scale and file["points/lock"].fletcher32 and file["points/lock"].compression == "gzip"
+        )
+        assert file.attrs["title"] == "a test" and file.attrs["schema_version"] == "1.0"
+
+
+def test_equal_data_have_equal_digests(
+    tmp_path: Path, path: Path, rows: dict[str, Any], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    other = tmp_path / "later.h5"
+    store.write(other, rows, ATTRIBUTES | {"created": "later"})
+    assert store.data_digest(other) == store.data_digest(path)
+    changed = {t: {n: v.copy() for n, v in c.items()} for t, c in rows.items()}
+    changed["points"]["lock"][3] = 0.5
+    store.write(other, changed, ATTRIBUTES)
+    assert store.data_digest(other) != store.data_digest(path)
+
+
+# ---------------------------------------------------------------------- damage
+def test_one_changed_number_is_noticed_and_named(path: Path) -> None:
+    """Changed through HDF5 itself, so that its own checksum is content."""
+    with h5py.File(path, "r+") as file:
+        file["points/error_coning"][20] += 1e-12
+    assert store.verify(path) == ("points/error_coning rows 16…31",)
+    with store.open_file(path) as file:
+        assert next(file.chunks("points", ["error_coning"]))[0] == 0
+        with pytest.raises(DamageError, match=r"points/error_coning rows 16…31"):
+            list(file.chunks("points", ["error_coning"]))
+        list(file.chunks("points", ["error_regressing"]))
+
+
+def test_a_flipped_byte_of_the_file_never_gives_a_wrong_number(path: Path, rows: dict[str, Any]) -> None:
+    """Every 97th byte: the answer is an error, or exactly the data."""
+    image, seen = path.read_bytes(), 0
+    for position in range(8, len(image), max(1, len(image) // 97)):
+        broken = bytearray(image)
+        broken[position] ^= 0x41
+        path.write_bytes(broken)
+        try:
+            with store.open_file(path) as file:
+                for _, part in file.chunks("points", ["lock_number", "exponent_1"], 0, 16):
+                    np.testing.assert_array_equal(part["exponent_1"], rows["points"]["exponent_1"][:16])
+                    np.testing.assert_array_equal(part["lock_number"], rows["points"]["lock_number"][:16])
+            if not store.verify(path):
+                continue
+        except DatabaseError:
+            pass
+        seen += 1
+    assert seen > 20
+
+
+def test_changed_attributes_are_noticed(path: Path) -> None:
+    with h5py.File(path, "r+") as file:
+        file["points/lock"].attrs["units"] = "knots"
+    assert store.verify(path) == ("attributes and schema",)
+
+
+def test_a_value_that_is_no_flag_is_noticed(tmp_path: Path, rows: dict[str, Any]) -> None:
+    wrong = {t: dict(c) for t, c in rows.items()}
+    wrong["points"]["verdict"] = np.full_like(wrong["points"]["verdict"], 7)
+    store.write(tmp_path / "x.h5", wrong, ATTRIBUTES)
+    assert store.verify(tmp_path / "x.h5") == ("points/verdict (a value that is no flag)",)
+
+
+def _foreign(path: Path) -> None:
+    with h5py.File(path, "w") as file:
+        file["x"] = [1.0, 2.0]
+
+
+def _newer(path: Path) -> None:
+    with h5py.File(path, "r+") as file:
+        file.attrs["schema_version"] = "2.0"
+
+
+@pytest.mark.parametrize(("change", "sentence"), [
+    (lambda p: p.unlink(), "there is no such file"),
+    (lambda p: (p.unlink(), p.mkdir()), "this is a folder"),
+    (lambda p: p.write_bytes(b""), "not an HDF5 file"),
+    (lambda p: p.write_bytes(b"mu,error\n0.1,0.2\n"), "not an HDF5 file"),
+    (lambda p: p.write_bytes(p.read_bytes()[: p.stat().st_size // 2]), "damaged or was cut short"),
+    (lambda p: p.write_bytes(p.read_bytes()[:600]), "damaged or was cut short"),
+    (_foreign, "not made by floquet"),
+    (_newer, "install a newer floquet-rotor"),
+])  # fmt: skip
+def test_what_is_no_database_is_refused_in_a_sentence(path: Path, change: Callable[[Path], Any], sentence: str) -> None:
+    change(path)
+    with pytest.raises(DatabaseError, match=sentence):
+        store.verify(path)
+
+
+# ---------------------------------------------------------------------- writing
+def test_a_file_is_synced_before_it_takes_its_place(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    calls: list[str] = []
+    fsync, replace = os.fsync, os.replace
+    monkeypatch.setattr(os, "fsync", lambda fd: (calls.append("fsync"), fsync(fd))[1])
+    monkeypatch.setattr(os, "replace", lambda a, b: (calls.append("replace"), replace(a, b))[1])
+    with store.atomic(tmp_path / "x") as temporary:
+        temporary.write_text("new")
+    assert calls == ["fsync", "replace", "fsync"] and (tmp_path / "x").read_text() == "new"
+
+
+@pytest.mark.parametrize("step", ["fsync", "replace", "body"])
+def test_a_failure_at_any_step_leaves_the_old_file_and_nothing_else(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, step: str
+) -> None:
+    target = tmp_path / "x"
+    target.write_text("old")
+
+    def fail(*_: Any) -> None:
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    if step != "body":
+        monkeypatch.setattr(os, step, fail)
+    with pytest.raises(StorageError, match="the disk is full"), store.atomic(target) as temporary:
+        temporary.write_text("new")
+        if step == "body":
+            fail()
+    assert target.read_text() == "old" and list(tmp_path.iterdir()) == [target]
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="file size limits are POSIX")
+@pytest.mark.parametrize("kilobytes", [1, 20, 60])
+def test_a_full_disk_is_one_sentence(tmp_path: Path, kilobytes: int) -> None:
+    """A child that may write so many kilobytes: HDF5 fails in the middle or at its close."""
+    program = f"""
+import resource, sys
+import numpy as np
+from floquet import store
+from floquet.errors import StorageError
+from floquet.rotor import Rotor
+from floquet.sweep import sweep
+rows = sweep(Rotor(lock_number=np.linspace(4, 9, 40)), np.linspace(0, 1, 30))
+resource.setrlimit(resource.RLIMIT_FSIZE, ({kilobytes * 1024}, {kilobytes * 1024}))
+try:
+    store.write({str(tmp_path / "x.h5")!r}, {{"points": rows}}, {{"study_id": "a"}})
+except StorageError as error:
+    print(error)
+    sys.exit(7)
+"""
+    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True)
+    assert done.returncode == 7, done.stderr
+    assert "limit on file sizes" in done.stdout and done.stdout.count("\n") == 1
+    assert "Traceback" not in done.stderr and list(tmp_path.iterdir()) == []
+
+
+def test_rows_that_do_not_come_are_noticed(tmp_path: Path, rows: dict[str, Any]) -> None:
+    with (
+        pytest.raises(StorageError, match="42 rows came for the table points of 43"),
+        store.create(tmp_path / "x.h5", {"points": 43}, ATTRIBUTES) as writers,
+    ):
+        writers["points"].add(rows["points"])
+    assert list(tmp_path.iterdir()) == []
