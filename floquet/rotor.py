@@ -460,20 +460,19 @@ def _range_problems(
 ) -> list[Problem]:
     """What ``check`` finds wrong with the values of a file, at the keys they came from."""
     _, faults = check({**_DEFAULTS, "sources": {}, **given})
-    problems = []
-    for fault in faults:
-        key = origins.get(fault.name, (fault.name,))
-        if fault.name in given and fault.name != "sources":
-            sentence = fault.sentence.replace("hub=Hub.ARTICULATED", 'hub = "articulated"').replace(
-                "blades=2", "blades = 2"
-            )
-            if key[0] == "physical":
-                rule = {p.name: p.rule for p in (*PARAMETERS, *_OUTPUT)}[fault.name]
-                sentence = (
-                    f"it makes {fault.name} {_short(fault.value)}, which must be {rule}: check the values it is "
-                    "computed from and their units"
-                )
-            problems.append(document.problem(sentence, "rotor", *key))
-        elif fault.name == "blades":
-            problems.append(document.problem(fault.sentence.replace("blades=2", "blades = 2"), "rotor", "blades"))
-    return problems
+    known = [fault for fault in faults if fault.name in given]
+    return [
+        document.problem(_in_a_file(fault, key), "rotor", *key)
+        for fault in known
+        for key in [origins.get(fault.name, (fault.name,))]
+    ]
+
+
+def _in_a_file(fault: ParameterError, key: tuple[str, ...]) -> str:
+    """A fault's sentence as a file would have it; one of a physical value names what it makes."""
+    if key[0] == "physical":
+        rule = next(p.rule for p in (*PARAMETERS, *_OUTPUT) if p.name == fault.name)
+        rule = rule if math.isfinite(fault.value) else "a finite number"
+        made = f"it makes {fault.name} {_short(fault.value)}, which must be {rule}"
+        return f"{made}: check the values it is computed from and their units"
+    return fault.sentence.replace("hub=Hub.ARTICULATED", 'hub = "articulated"').replace("blades=2", "blades = 2")

@@ -134,8 +134,9 @@ def nondimensional(table: RotorTable) -> Values:
             "in [rotor.physical]"
         )
         values.faults.append((("lock_number",), sentence))
-    _check_sources(values, table, {*own, *physical})
-    values.arguments["sources"] = table.sources
+    if table.hub.lower() == "teetering" and "blades" not in own:
+        values.faults.append((("blades",), "it is missing, and a teetering rotor has two; add blades = 2"))
+    _take_sources(values, table, {*own, *physical})
     return values
 
 
@@ -166,9 +167,10 @@ def _compute(formula: Callable[..., float], numbers: list[float]) -> float:
         return math.nan
 
 
-def _check_sources(values: Values, table: RotorTable, given: set[str]) -> None:
+def _take_sources(values: Values, table: RotorTable, given: set[str]) -> None:
     """Every source belongs to a key of the file."""
     allowed = given if table.physical.model_fields_set else given | set(_ONLY_PHYSICAL)
+    values.arguments["sources"] = {name: text for name, text in table.sources.items() if name in allowed}
     for name in table.sources:
         if name not in allowed:
             near = did_you_mean(name, sorted(given)) or ", so give the key or leave the source out"

@@ -22,6 +22,7 @@ import reprlib
 import tomllib
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
+from datetime import date, time
 from pathlib import Path
 from typing import Any, TypeAlias, TypeVar
 
@@ -132,8 +133,17 @@ def _syntax(text: str, message: str) -> Problem:
     place = re.match(r"line (\d+), column (\d+)", where)
     line = int(place[1]) if place else text.rstrip().count("\n") + 1 if where else 0
     column = f", column {place[2]}" if place else ""
-    what = what[:1].lower() + what[1:].rstrip(".")
-    return Problem(line, "", f"this is not TOML{column}: {what}; texts need quotes, and a key stands once in its table")
+    what = what[:1].lower() + what[1:].partition(";")[0].rstrip(".")
+    hint = next((h for word, h in _HINTS.items() if word in what), "check the brackets and quotes there")
+    return Problem(line, "", f"this is not TOML{column}: {what}; {hint}")
+
+
+_HINTS = {
+    "invalid value": "texts need quotes, and numbers a digit on both sides of the point",
+    "overwrite": "a key stands once in its table",
+    "twice": "a table stands once in a file",
+    "digits": "write a large number with a point or an exponent",
+}
 
 
 # Lines
@@ -324,6 +334,8 @@ def _sentence(model: type[pydantic.BaseModel], key: Key, detail: ErrorDetails) -
     """Missing and unknown keys, rules a model wrote itself, and whatever pydantic says in its own words."""
     table = f"[{_dotted(key[:-1])}]" if key[:-1] else "the file"
     if detail["type"] == "missing":
+        if _fields(model, key):
+            return f"the table is missing; add [{_dotted(key)}] to the file"
         return f"the key is missing and has no default; add it to {table}"
     if detail["type"] == "extra_forbidden":
         known = _fields(model, key[:-1])
@@ -336,19 +348,27 @@ def _sentence(model: type[pydantic.BaseModel], key: Key, detail: ErrorDetails) -
 
 def _given(value: Any, rule: str) -> str:
     """The sentence of a value that breaks a rule, with the likely cause where there is one."""
-    hint = ""
-    if isinstance(value, str):
-        if "number" in rule and _is_number(value):
-            hint = ": leave out the quotes"
-        elif "'" in rule:
-            hint = did_you_mean(value, re.findall(r"'([^']*)'", rule))
-    elif isinstance(value, bool) and "number" in rule:
-        hint = ": true and false are no numbers"
-    elif isinstance(value, list) and "list" not in rule:
-        hint = ": a list was given where one value is read"
-    elif isinstance(value, float) and not math.isfinite(value):
-        hint = ": look for a missing value or a division by zero where it was computed"
-    return f"{_short(value)} was given; it must be {rule}{hint}"
+    hint = _hint(value, rule)
+    return f"{_short(value)} was given; it must be {rule}{hint if hint[:1] in ('', ',') else f': {hint}'}"
+
+
+def _hint(value: Any, rule: str) -> str:
+    match value:
+        case str() if "number" in rule and _is_number(value):
+            return "leave out the quotes"
+        case str() if "'" in rule:
+            return did_you_mean(value, re.findall(r"'([^']*)'", rule))
+        case list() if rule == "a table":
+            return "write its header in single brackets"
+        case list() if "list" not in rule:
+            return "write one value without brackets"
+        case float() if not math.isfinite(value):
+            return "look for a missing value or a division by zero where it was computed"
+        case float() if rule == "a whole number" and value.is_integer():
+            return f"write {int(value)}"
+        case int() if rule == "a number" and not isinstance(value, bool):
+            return "it is too large for a floating-point number"
+    return ""
 
 
 def _is_number(text: str) -> bool:
@@ -377,7 +397,12 @@ def _models(annotation: Any) -> Iterator[type[pydantic.BaseModel]]:
 
 
 def _short(value: Any) -> str:
-    return "a table" if isinstance(value, dict) else "a list" if isinstance(value, list) else reprlib.repr(value)
+    """A value as it stands in a file, shortened."""
+    if isinstance(value, dict | list):
+        return "a table" if isinstance(value, dict) else "a list"
+    if isinstance(value, bool):
+        return str(value).lower()
+    return str(value) if isinstance(value, date | time) else reprlib.repr(value)
 
 
 def _dotted(key: Key) -> str:
