@@ -122,6 +122,11 @@ def test_any_rotor_round_trips(values: dict[str, Any]) -> None:
     assert parts(_from_document(parse_document(dump_rotor(rotor), "x"))) == parts(rotor)
 
 
+def test_names_with_control_characters_round_trip(tmp_path: Path) -> None:
+    name = "".join(map(chr, (*range(32), 34, 39, 92, 127, 0x1F681)))
+    assert load(tmp_path, dump_rotor(Rotor(lock_number=8.0, name=name))).name == name
+
+
 def test_a_batch_is_not_dumped() -> None:
     with pytest.raises(ParameterError, match=r"batch of shape \(2,\).*rotor\[0\]"):
         dump_rotor(Rotor(lock_number=[4.0, 8.0]))

@@ -61,6 +61,7 @@ fake = 1 ""quoted"" \QQQ
 QQQQQ
 literal = '''
 also_fake = 2'''
+ends_in_quotes = [ QQQaQQQQ, "b" ]
 inline = { a = 1, b = { c = [ { d = 1 }, { e = -inf } ] } }
 [ table . inner ]
 x = 0x1F
