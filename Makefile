@@ -17,11 +17,14 @@ FIGURES := root-locus eigenvalues-vs-mu error-vs-mu
 help:
 	@sed -n 's/^#   //p' Makefile
 
-validity: environment
-	@mkdir -p results
-	$(FLOQUET) run studies/validity.toml -o $(DATABASE) --resume
+validity: $(DATABASE)
 	@for kind in $(FIGURES); do $(FLOQUET) plot $(DATABASE) $$kind -o results/$$kind.png || exit; done
 	@$(FLOQUET) validity $(DATABASE)
+
+# Made again when the study, a rotor or the code has changed; what an earlier version left is not mixed with it.
+$(DATABASE): studies/validity.toml $(wildcard data/rotors/*.toml floquet/*.py floquet/*/*.py) | environment
+	@mkdir -p results && rm -rf $@ $@.parts
+	$(FLOQUET) run studies/validity.toml -o $@
 
 test: test-environment
 	$(PYTHON) -m ruff check .

@@ -21,10 +21,19 @@ from typing import TYPE_CHECKING, Any, NoReturn, TypeVar
 import click
 
 from floquet import __version__
-from floquet.errors import FailedError, FloquetError, FloquetWarning, InputError, ParameterError, did_you_mean
+from floquet.errors import (
+    DamageError,
+    FailedError,
+    FloquetError,
+    FloquetWarning,
+    InputError,
+    ParameterError,
+    did_you_mean,
+)
 
 if TYPE_CHECKING:
     from floquet.rotor import Rotor
+    from floquet.study import Study
 
 __all__ = ["main"]
 
@@ -96,7 +105,8 @@ output_flags = options(
     click.option("--json", "style", flag_value="json", default=None, help="Strict JSON: nan is null, inf is \"inf\"."),
     click.option("--csv", "style", flag_value="csv", help="Comma-separated values."),
 )  # fmt: skip
-workers_flag = click.option("--workers", type=int, default=None, help="Processes (left out: one for each processor).")
+workers_flag = click.option("--workers", type=int, help="Processes (left out: one for each processor).")
+table_flag = click.option("--table", default="points", show_default=True, help="points or limits.")
 output_file = click.option("-o", "--output", required=True, help="File to write.")
 
 PHYSICS = ("model", "exact_offset", "reversed_flow", "tip_loss", "kinematic_rates")
@@ -130,14 +140,15 @@ def rotor_of(file: str | None, values: Mapping[str, Any]) -> Rotor:
     return rotors.Rotor(**changes)
 
 
-def show(style: str | None, records: Any, text: Callable[[], str], rows: Callable[[], Any] | None = None) -> None:
+def show(style: str | None, records: Any, text: Callable[[], str], rows: Callable[[], Any] | None = None,
+         names: Sequence[str] = ()) -> None:  # fmt: skip
     """Print an answer: as text, as JSON, or as CSV (of ``rows`` where the records are nested)."""
     from floquet import report
 
     if style == "json":
         answer(report.as_json(records))
     elif style == "csv":
-        answer(report.as_csv(records if rows is None else rows()))
+        answer(report.as_csv(records if rows is None else rows(), names))
     else:
         answer(text())
 
@@ -227,27 +238,30 @@ def validity(
 
     FILES are rotors (TOML), whose limits are computed, or the database of a study, whose limits are read.
     """
+    settings: dict[str, Any] = {"tolerance": tolerance, "metric": metric, "modes": modes}
     stored = [file for file in files if not file.endswith(".toml") and Path(file).is_file()]
     if stored:
-        _stored_validity(files, stored, style)
+        flags = given({**values, "advance_ratio": advance_ratio}, [*values, "advance_ratio"])
+        _stored_limits(files, stored[0], list(flags), style, **settings)
         return
     rotors = [rotor_of(file, values) for file in files or [None]]
-    settings: dict[str, Any] = {"tolerance": tolerance, "metric": metric, "modes": modes, "mu_max": mu_max}
-    settings |= given(values, PHYSICS)
+    settings |= {"mu_max": mu_max} | given(values, PHYSICS)
     if advance_ratio is None:
         _limits(rotors, style, **settings)
     else:
         _verdicts(rotors, advance_ratio, style, **settings)
 
 
-def _stored_validity(files: Sequence[str], stored: Sequence[str], style: str | None) -> None:
+def _stored_limits(files: Sequence[str], stored: str, flags: Sequence[str], style: str | None, **settings: Any) -> None:
     from floquet import report
     from floquet.query import open_database
 
     if len(files) != 1:
-        raise InputError(f"{stored[0]} does not end in .toml and is taken for a database, which is given alone")
-    with open_database(stored[0]) as database:
-        records = report.stored_limits(database)
+        raise InputError(f"{stored} does not end in .toml and is taken for a database, which is given alone")
+    if flags:
+        raise InputError(f"{flag(flags[0])} goes with a rotor file; what {stored} holds was computed by its study")
+    with open_database(stored) as database:
+        records = report.stored_limits(database, **settings)
     show(style, records, lambda: report.limit_table(records))
 
 
@@ -279,6 +293,160 @@ def _verdicts(rotors: Sequence[Rotor], advance_ratio: float, style: str | None, 
     show(style, records, lambda: "\n\n".join(report.verdict_text(answer) for answer in answers))
 
 
+@command.command()
+@click.argument("file", metavar="STUDY.toml")
+@output_file
+@click.option("--resume", is_flag=True, help="Go on with a run that was stopped; keep a finished output.")
+@click.option("--dry-run", is_flag=True, help="Say what would be computed, and stop.")
+@workers_flag
+@output_flags
+def run(file: str, output: str, resume: bool, dry_run: bool, workers: int | None, style: str | None) -> int:
+    """Run a study into a database; one that is stopped goes on with --resume."""
+    from floquet import report, study
+
+    loaded = study.load_study(file)
+    if dry_run:
+        estimate = study.dry_run(loaded)
+        show(style, estimate, lambda: report.pairs(estimate), lambda: [report.fields(estimate)])
+        return 0
+    return _run(loaded, output, resume, workers, style)
+
+
+def _run(loaded: Study, output: str, resume: bool, workers: int | None, style: str | None) -> int:
+    from floquet import report, study
+
+    count = processors() if workers is None else workers
+    try:
+        with progress(f"{loaded.name}, parts") as done:
+            finished = study.run(loaded, output, resume=resume, workers=count, progress=done)
+    except KeyboardInterrupt:
+        say(f"floquet: the finished parts are kept in {study.parts_of(output)}: go on with --resume")
+        raise
+    show(style, finished, lambda: report.run_text(finished), lambda: [report.fields(finished)])
+    for part, reason in finished.failed:
+        say(f"floquet: {part}: {reason}")
+    return 3 if finished.failed else 0
+
+
+def processors() -> int:
+    """Processors this process may use."""
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+
+
+@command.command()
+@click.argument("folder")
+@click.option("-o", "--output", help="Database to write (left out: the folder's name without .parts).")
+def pack(folder: str, output: str | None) -> None:
+    """Check all parts of a study and make them one database: what a run does at its end."""
+    from floquet import study
+
+    target = output or folder.rstrip("/").removesuffix(".parts")
+    if Path(target).exists():
+        raise InputError(f"{target} is there already: name another file with -o, or move it away")
+    rows = study.pack(folder, target)
+    answer(f"{target}: " + ", ".join(f"{count} rows of {table}" for table, count in rows.items()))
+
+
+@command.command()
+@click.argument("files", nargs=-1, required=True)
+@output_file
+def merge(files: tuple[str, ...], output: str) -> None:
+    """Several databases as one; they must come from the same equations."""
+    from floquet import study
+
+    rows = study.merge(files, output)
+    answer(f"{output}: " + ", ".join(f"{count} rows of {table}" for table, count in rows.items()))
+
+
+@command.command()
+@click.argument("file")
+def verify(file: str) -> int:
+    """Read everything in a database and hold it against its digests."""
+    from floquet import store
+
+    places = store.verify(file)
+    answer("\n".join(places) or f"{file}: every value is as it was written")
+    return _fail(str(DamageError(file, places)), 1) if places else 0
+
+
+@command.command()
+@click.argument("database")
+@output_file
+@table_flag
+def export(database: str, output: str, table: str) -> None:
+    """A table of a DATABASE as .csv, .parquet or .nc, by the ending of the output."""
+    from floquet import study
+
+    say(f"wrote {study.export(database, output, table)}")
+
+
+@command.command()
+@click.argument("database")
+@click.argument("expression", default="")
+@table_flag
+@click.option("--columns", multiple=True, help="Columns, separated by commas; '*' is all (left out: a short list).")
+@click.option("--sort", help="Column to sort by.")
+@click.option("--descending", is_flag=True, help="Largest first.")
+@click.option("--limit", type=int, help="Number of rows.")
+@output_flags
+def query(database: str, style: str | None, columns: tuple[str, ...], **choice: Any) -> None:
+    """Rows of a DATABASE for which EXPRESSION holds, such as 'advance_ratio > 0.3 and lock_number < 6'."""
+    from floquet import report
+    from floquet.query import open_database
+
+    wanted = [name.strip() for part in columns for name in part.split(",") if name.strip()]
+    with open_database(database) as opened:
+        found = opened.query(choice.pop("expression"), columns=wanted or None, **choice)
+        records = report.records(found, opened.columns(choice["table"]))
+    text = functools.partial(report.table, list(found), [list(record.values()) for record in records])
+    show(style, records, text, names=report.header(found))
+
+
+@command.command()
+@click.argument("database")
+@click.argument("kind")
+@output_file
+@click.option("--rotor", help="Name or number of the rotor (left out: the first; a summary shows all).")
+@click.option("--dpi", type=float, default=200.0, show_default=True, help="Dots per inch of a .png.")
+def plot(database: str, kind: str, output: str, rotor: str | None, dpi: float) -> None:
+    """A figure of a DATABASE; KIND is root-locus, eigenvalues-vs-mu, error-vs-mu or validity-summary."""
+    from floquet.plot import plot_database
+
+    say(f"wrote {plot_database(database, kind, output, rotor, dpi=dpi)}")
+
+
+@command.command()
+@click.argument("name", required=False)
+@click.option("--all", "everything", is_flag=True, help="Run every study.")
+@click.option("-o", "--output", help="Database to write (left out: NAME.h5 here).")
+@click.option("--resume", is_flag=True, help="Go on with a run that was stopped; keep a finished output.")
+@workers_flag
+def study(name: str | None, everything: bool, output: str | None, resume: bool, workers: int | None) -> int:
+    """Studies that come with the package: list them, run one by NAME, or run all."""
+    from floquet import study as studies
+
+    known = {path.stem: path for path in sorted(studies_folder().glob("*.toml"))}
+    if name is not None and name not in known:
+        raise InputError(f"{name!r} is no study{did_you_mean(name, known) or ': there are ' + ', '.join(known)}")
+    if output is not None and name is None:
+        raise InputError("--output goes with the NAME of one study")
+    if name is None and not everything:
+        for key, path in known.items():
+            answer(f"{key}: {studies.load_study(path).title}")
+        return 0
+    statuses = []
+    for key in [name] if name is not None else known:
+        statuses.append(_run(studies.load_study(known[key]), output or f"{key}.h5", resume, workers, None))
+    return max(statuses, default=0)
+
+
+def studies_folder() -> Path:
+    """The studies, in a checkout beside the package and in an installation inside it."""
+    package = Path(__file__).parent
+    inside = package / "_share" / "studies"
+    return inside if inside.is_dir() else package.parent / "studies"
+
+
 # Ending: every way out has its status.
 
 
@@ -299,6 +467,7 @@ def _status(arguments: Sequence[str] | None) -> int:
             sys.stdout.flush()
         return int(status or 0)
     except (click.Abort, KeyboardInterrupt):
+        _abandon_output()
         say("floquet: interrupted")
         return 130
     except click.exceptions.NoArgsIsHelpError as error:

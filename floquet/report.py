@@ -18,21 +18,25 @@ import json
 import math
 from collections.abc import Iterable, Mapping, Sequence
 from enum import Enum, IntEnum
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from floquet.comparison import Cause, Comparison, Metric, ModeComparison, Rule, compare, exact_model
+from floquet.errors import ParameterError
 from floquet.exponents import Reason, Verdict
 from floquet.period_map import Method
-from floquet.query import Database
 from floquet.rotor import PARAMETERS, Hub, Rotor
 from floquet.validity import Limit, limits
 
+if TYPE_CHECKING:
+    from floquet.query import Database
+    from floquet.study import RunReport
+
 __all__ = [
     "NO_INFLOW", "ModeVerdict", "RotorVerdict", "analysis", "analysis_rows", "analysis_text", "as_csv", "as_json",
-    "limit_records", "limit_table", "rotor_object", "rotor_records", "rotor_text", "stored_limits", "table", "verdict",
-    "verdict_records", "verdict_text", "worded",
+    "fields", "header", "limit_records", "limit_table", "pairs", "records", "rotor_object", "rotor_records",
+    "rotor_text", "run_text", "stored_limits", "table", "verdict", "verdict_records", "verdict_text", "worded",
 ]  # fmt: skip
 
 Record = dict[str, Any]
@@ -40,6 +44,9 @@ Record = dict[str, Any]
 NO_INFLOW = "Dynamic inflow is not in the model; it matters most for the low-frequency regressing mode."
 KNOT = 1852.0 / 3600.0  # m/s
 FINER = (2, 3, 4)  # harmonics of the averaged models that are tried where the tip-path plane fails
+LEGEND = """\
+limit: first advance ratio μ at which the simple model's error passes the tolerance; on: still failing at the last μ;
+lock edge, split edge: the nearest μ where the exact pair locks or unlocks, where the simple pair splits or merges."""
 CAUSES = {
     Cause.NONE: "the models agree",
     Cause.DRIFT: "both pairs are complex and have drifted apart, for the simple model averages the periodic terms away",
@@ -97,12 +104,15 @@ def as_json(value: Any) -> str:
     return json.dumps(plain(value), indent=2, ensure_ascii=False, allow_nan=False)
 
 
-def as_csv(records: Iterable[Mapping[str, Any]]) -> str:
-    """Comma-separated values with a header; complex numbers and lists take a column for each part."""
+def as_csv(records: Iterable[Mapping[str, Any]], names: Sequence[str] = ()) -> str:
+    """Comma-separated values with a header; complex numbers and lists take a column for each part.
+
+    ``names`` is the header of a table without rows.
+    """
     rows = [_flat(record) for record in records]
-    names = list(dict.fromkeys(name for row in rows for name in row))
+    header = list(dict.fromkeys(name for row in rows for name in row)) or list(names)
     out = io.StringIO()
-    writer = csv.DictWriter(out, names, lineterminator="\n")
+    writer = csv.DictWriter(out, header, lineterminator="\n")
     writer.writeheader()
     writer.writerows(rows)
     return out.getvalue().rstrip("\n")
@@ -147,7 +157,7 @@ def _cell(value: Any) -> str:
 
 
 def _numeric(cell: str) -> bool:
-    return not cell or cell[0] in "+-−.0123456789∞" or cell in ("none", "nan")
+    return not cell or cell[0] in "+->.0123456789" or cell in ("none", "nan")
 
 
 def number(value: float, digits: int = 5) -> str:
@@ -308,21 +318,20 @@ def limit_records(rotor: Rotor, found: Iterable[Limit]) -> list[Record]:
 
 
 def limit_table(records: Sequence[Mapping[str, Any]]) -> str:
-    """The table of limits: one line a rotor and mode, the rotor named once."""
-    headers = [
-        "rotor", "N", "γ", "ν_β", "mode", "tolerance", "limit μ", "fails at μ", "cause", "lock edge μ", "split edge μ",
-    ]  # fmt: skip
+    """The table of limits at one tolerance: one line a rotor and mode, the rotor named once."""
+    tolerance = _tolerance(records[0]) if records else "the tolerance"
+    about, edges = ["rotor", "N", "γ", "ν_β", "mode"], ["lock edge", "split edge"]
+    headers = [*about, f"limit μ at {tolerance}", "fails at μ", "cause", *edges]
     rows: list[list[Any]] = []
     before: tuple[str, ...] = ()
     for r in records:
         gamma, frequency = float(r["lock_number"]), float(r["flap_frequency"])
-        about = (r["rotor"] or "-", str(r["blades"]), number(gamma, 4), number(frequency, 4))
+        here = (r["rotor"] or "-", str(r["blades"]), number(gamma, 4), number(frequency, 4))
         limit = f"> {number(r['mu_max'])}" if math.isinf(r["limit"]) else number(r["limit"], 4)
-        edges = [number(r["lock_edge"], 4), number(r["split_edge"], 4)]
-        failing = [intervals_text(r["intervals"]), _cause(r), *edges]
-        rows.append([*(about if about != before else ("",) * 4), r["mode"], _tolerance(r), limit, *failing])
-        before = about
-    return f"{table(headers, rows)}\n\n{NO_INFLOW}"
+        shown = [intervals_text(r["intervals"]), _cause(r), number(r["lock_edge"], 4), number(r["split_edge"], 4)]
+        rows.append([*(here if here != before else ("",) * 4), r["mode"], limit, *shown])
+        before = here
+    return f"{table(headers, rows)}\n\n{LEGEND}\n{NO_INFLOW}"
 
 
 def _cause(record: Mapping[str, Any]) -> str:
@@ -338,18 +347,55 @@ def _tolerance(record: Mapping[str, Any]) -> str:
     return size if metric is Metric.RELATIVE else f"{size} {metric.name.lower()}"
 
 
-def stored_limits(database: Database) -> list[Record]:
-    """The rows of a database's ``limits`` table as the records of ``limit_records``."""
-    rows = worded(database.limits(columns="*"), database.columns("limits"))
+def stored_limits(database: Database, *, tolerance: float, metric: str, modes: Sequence[str] = ()) -> list[Record]:
+    """The rows of a database's ``limits`` table at one tolerance, as the records of ``limit_records``."""
+    rows = worded(database.limits(f'metric == "{metric}"', columns="*"), database.columns("limits"))
     about = ("blades", "lock_number", "flap_frequency")
-    fields = [f.name for f in dataclasses.fields(Limit) if f.name != "intervals"]
+    names = [f.name for f in dataclasses.fields(Limit) if f.name != "intervals"]
     out = []
     for i, count in enumerate(rows["intervals"]):
-        record = {"rotor": rows["rotor_name"][i]} | {name: rows[name][i] for name in (*about, *fields)}
+        name = rows["rotor_name"][i] if "rotor_name" in rows else ""
+        record = {"rotor": name or f"rotor {rows['rotor'][i]}"} | {key: rows[key][i] for key in (*about, *names)}
         pairs = [(f"interval_{k}_start", f"interval_{k}_end") for k in range(1, count + 1)]
         kept = [(rows[start][i], rows[end][i]) for start, end in pairs if start in rows]
         out.append(record | {"intervals": tuple(kept)})
-    return out
+    known = sorted({record["tolerance"] for record in out})
+    if known and tolerance not in known:
+        has = ", ".join(f"{value:g}" for value in known)
+        raise ParameterError("tolerance", tolerance, f"{database.path} has no limits at {tolerance:g}; it has {has}")
+    return [r for r in out if r["tolerance"] == tolerance and (not modes or r["mode"] in modes)]
+
+
+def records(rows: Mapping[str, Any], columns: Mapping[str, Any]) -> list[Record]:
+    """The answer of a query, a record a row."""
+    lists = worded(rows, columns)
+    return [dict(zip(lists, row, strict=True)) for row in zip(*lists.values(), strict=True)]
+
+
+def header(rows: Mapping[str, Any]) -> list[str]:
+    """The columns of a query's answer as CSV has them: complex ones in two parts."""
+    parts = [[f"{name}_re", f"{name}_im"] if np.iscomplexobj(values) else [name] for name, values in rows.items()]
+    return [name for part in parts for name in part]
+
+
+def fields(result: Any) -> Record:
+    """The fields of a result, one by one."""
+    return {f.name: getattr(result, f.name) for f in dataclasses.fields(result)}
+
+
+def pairs(result: Any) -> str:
+    """A result as lines of name and value."""
+    return table(("what", "value"), [(name, str(value)) for name, value in fields(result).items()])
+
+
+def run_text(finished: RunReport) -> str:
+    """What a run did."""
+    parts = f"{finished.computed} parts computed, {finished.reused} kept, {len(finished.failed)} failed"
+    if finished.failed:
+        return f"{finished.path} is not finished: {parts}; mend the cause and run again with --resume"
+    if not finished.computed and not finished.seconds:
+        return f"{finished.path} is this study already, finished: {finished.points} points"
+    return f"{finished.path}: {finished.points} points, {finished.limits} limits; {parts}, {finished.seconds:.1f} s"
 
 
 def worded(rows: Mapping[str, Any], columns: Mapping[str, Any]) -> dict[str, list[Any]]:

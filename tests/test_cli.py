@@ -7,6 +7,7 @@ import io
 import json
 import math
 import os
+import shutil
 import subprocess
 import sys
 from collections.abc import Callable
@@ -14,11 +15,15 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+import h5py
 import pytest
 
 from floquet import Rotor, compare, validity_limit
-from floquet.cli import ROTOR_FLAGS, command, main
+from floquet.cli import ROTOR_FLAGS, command, main, progress
 from floquet.report import NO_INFLOW
+from floquet.store import data_digest
+from floquet.study import RunReport, load_study
+from floquet.study import run as run_study
 
 ROOT = Path(__file__).resolve().parent.parent
 BLADE = ("--lock-number", "8", "--hinge-offset", "0.05")
@@ -223,3 +228,247 @@ def test_ascii_terminal_still_gets_an_answer() -> None:
     environment = {"PYTHONIOENCODING": "ascii", "LC_ALL": "C", "PYTHONUTF8": "0"}
     done = process("rotor", "--lock-number", "8", stdout=subprocess.PIPE, env=environment)
     assert done.returncode == 0 and "lock_number" in done.stdout
+
+
+# Studies and databases.
+
+STUDY = """
+[study]
+name = "small"
+schema = 1
+title = "Two rotors"
+[rotors]
+list = [
+    { name = "soft", lock_number = 8.0, hinge_offset = 0.05 },
+    { name = "stiff", lock_number = 5.0, hinge_stiffness = 0.2, blades = 3 },
+]
+[axes]
+advance_ratio = { start = 0.0, stop = 0.6, count = 7 }
+[compare]
+tolerances = [0.05]
+mu_max = 0.6
+"""
+
+
+@pytest.fixture(scope="session")
+def finished(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A database of 14 points and 7 limits."""
+    folder = tmp_path_factory.mktemp("study")
+    (folder / "small.toml").write_text(STUDY, encoding="utf-8")
+    run_study(load_study(folder / "small.toml"), folder / "small.h5")
+    return folder / "small.h5"
+
+
+@pytest.fixture
+def database(finished: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> str:
+    """A copy of it in an empty working folder, with its study beside it."""
+    shutil.copy(finished, tmp_path / "small.h5")
+    shutil.copy(finished.with_suffix(".toml"), tmp_path / "small.toml")
+    monkeypatch.chdir(tmp_path)
+    return "small.h5"
+
+
+def test_run_resume_and_dry_run(run: Floquet, database: str) -> None:
+    dry = run("run", "small.toml", "-o", "new.h5", "--dry-run", "--json").json
+    assert (dry["designs"], dry["points"], dry["limits"]) == (2, 14, 7)
+    assert not Path("new.h5").exists()
+    done = run("run", "small.toml", "-o", "new.h5", "--workers", "1")
+    assert done.status == 0 and done.out.startswith("new.h5: 14 points, 7 limits")
+    refused(run("run", "small.toml", "-o", "new.h5"), "new.h5", "--resume")
+    assert "already, finished" in run("run", "small.toml", "-o", "new.h5", "--resume").out
+
+
+def test_failed_parts_are_status_3(run: Floquet, database: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    def half(loaded: Any, out: str, **_: Any) -> RunReport:
+        return RunReport(
+            path=Path(out), points=0, limits=0, seconds=1.0, computed=1, reused=0, failed=(("part", "why"),)
+        )
+
+    monkeypatch.setattr("floquet.study.run", half)
+    done = run("run", "small.toml", "-o", "new.h5")
+    assert done.status == 3 and "not finished" in done.out and "floquet: part: why" in done.err
+
+
+def test_interrupt_is_130_and_says_how_to_go_on(run: Floquet, database: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    def interrupted(*_: Any, **__: Any) -> RunReport:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("floquet.study.run", interrupted)
+    monkeypatch.setattr("floquet.cli._abandon_output", lambda: None)  # it would close pytest's own stdout
+    done = run("run", "small.toml", "-o", "new.h5")
+    assert done.status == 130 and "new.h5.parts: go on with --resume" in done.err and "interrupted" in done.err
+
+
+def test_progress_is_a_line_every_ten_seconds(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    clock = iter([0.0, 3.0, 11.0, 11.0, 12.0, 25.0, 25.0])
+    monkeypatch.setattr("floquet.cli.time.monotonic", lambda: next(clock))
+    with progress("parts") as done:
+        for i in range(1, 5):
+            done(i, 4)
+    assert capsys.readouterr().err.splitlines() == ["parts: 2 of 4", "parts: 4 of 4"]
+
+
+def test_progress_on_a_terminal_leaves_nothing_behind(monkeypatch: pytest.MonkeyPatch) -> None:
+    class Terminal(io.StringIO):
+        def isatty(self) -> bool:
+            return True
+
+    terminal = Terminal()
+    monkeypatch.setattr("sys.stderr", terminal)
+    with progress("parts") as done:
+        done(4, 4)
+    assert "parts" in terminal.getvalue()
+
+
+def test_limits_are_read_from_a_database(run: Floquet, database: str) -> None:
+    rows = run("validity", database, "--json").json
+    assert [row["rotor"] for row in rows] == ["soft"] * 4 + ["stiff"] * 3
+    assert rows[0]["limit"] == validity_limit(Rotor(lock_number=8.0, hinge_offset=0.05), mu_max=0.6)
+    text = run("validity", database, "--mode", "regressing").out
+    assert text.splitlines()[2].split()[:2] == ["soft", "4"] and "DRIFT" in text and NO_INFLOW in text
+
+
+@pytest.mark.parametrize(
+    ("flags", "words"),
+    [
+        (("--tolerance", "0.03"), ("0.03", "0.05")),
+        (("--advance-ratio", "0.3"), ("--advance-ratio", "rotor file")),
+        (("--lock-number", "8"), ("--lock-number",)),
+        (("small.h5",), ("alone",)),
+    ],
+)
+def test_a_database_takes_no_flags_of_a_rotor(
+    run: Floquet, database: str, flags: tuple[str, ...], words: tuple[str, ...]
+) -> None:
+    refused(run("validity", database, *flags), *words)
+
+
+def test_query(run: Floquet, database: str) -> None:
+    where = 'rotor == "soft" and advance_ratio > 0.25 and advance_ratio < 0.35'
+    row = run(
+        "query", database, where, "--columns", "advance_ratio, exponent_1", "--columns", "verdict", "--json"
+    ).json[0]
+    expected = compare(Rotor(lock_number=8.0, hinge_offset=0.05), row["advance_ratio"])
+    assert complex(*row["exponent_1"]) == pytest.approx(
+        complex(expected.stability.exponents[0]), rel=1e-15
+    )  # same maps
+    assert row["verdict"] == "STABLE"
+    text = run("query", database, "--sort", "error_regressing", "--descending", "--limit", "3").out
+    assert len(text.splitlines()) == 5
+    table = list(
+        csv.DictReader(io.StringIO(run("query", database, "--table", "limits", "--columns", "*", "--csv").out))
+    )
+    assert len(table) == 7 and table[0]["cause"] == "DRIFT" and table[0]["rotor_name"] == "soft"
+
+
+def test_empty_answer_is_an_answer(run: Floquet, database: str) -> None:
+    done = run("query", database, "advance_ratio > 5", "--json")
+    assert (done.status, done.json) == (0, [])
+    assert run("query", database, "advance_ratio > 5").status == 0
+    assert run("query", database, "advance_ratio > 5", "--csv").out.startswith("rotor,")
+
+
+def test_verify_export_plot_merge_pack(run: Floquet, database: str) -> None:
+    assert run("verify", database).out == f"{database}: every value is as it was written\n"
+    assert "wrote limits.csv" in run("export", database, "-o", "limits.csv", "--table", "limits").err
+    assert len(Path("limits.csv").read_text(encoding="utf-8").splitlines()) == 8
+    assert "wrote locus.svg" in run("plot", database, "root-locus", "-o", "locus.svg", "--rotor", "stiff").err
+    Path("other.toml").write_text(STUDY.replace("5.0", "6.0"), encoding="utf-8")
+    assert run("run", "other.toml", "-o", "other.h5", "--workers", "1").status == 0
+    assert run("merge", database, "other.h5", "-o", "both.h5").out == "both.h5: 28 rows of points, 14 rows of limits\n"
+    assert run("verify", "both.h5").status == 0
+
+
+def test_pack_makes_what_run_makes(run: Floquet, database: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("floquet.study.shutil.rmtree", lambda *_, **__: None)
+    assert run("run", "small.toml", "-o", "new.h5", "--workers", "1").status == 0
+    refused(run("pack", "new.h5.parts"), "new.h5 is there already")
+    Path("new.h5").unlink()
+    assert run("pack", "new.h5.parts").out == "new.h5: 14 rows of points, 7 rows of limits\n"
+    assert data_digest("new.h5") == data_digest(database)
+    refused(run("pack", database, "-o", "other.h5"), "not the folder of a study")
+
+
+def test_verify_finds_damage(run: Floquet, database: str) -> None:
+    """A value changed behind the library's back: status 1, and the place on stdout."""
+    with h5py.File(database, "r+") as file:
+        file["points/error_coning"][3] += 1e-9
+    done = run("verify", database)
+    assert done.status == 1 and "points/error_coning" in done.out and "do not match their digests" in done.err
+
+
+def test_studies_come_with_the_package(run: Floquet, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    assert run("study").out.startswith("validity: ")
+    refused(run("study", "validty"), "did you mean 'validity'")
+    (tmp_path / "small.toml").write_text(STUDY, encoding="utf-8")
+    monkeypatch.setattr("floquet.cli.studies_folder", lambda: tmp_path)
+    monkeypatch.chdir(tmp_path)
+    assert run("study", "small", "--workers", "1").out.startswith("small.h5: 14 points")
+    assert run("study", "--all", "--resume").status == 0
+
+
+@pytest.mark.parametrize("name", ["query", "verify", "plot", "export", "validity"])
+@pytest.mark.parametrize("kind", ["missing", "folder", "text", "truncated", "foreign"])
+def test_no_database_is_one_sentence(run: Floquet, database: str, name: str, kind: str) -> None:
+    path = Path(f"{kind}.h5")
+    if kind == "folder":
+        path.mkdir()
+    elif kind == "foreign":
+        h5py.File(path, "w").close()
+    elif kind != "missing":
+        path.write_bytes(b"hello" if kind == "text" else Path(database).read_bytes()[:20_000])
+    rest = {"plot": ("root-locus", "-o", "a.png"), "export": ("-o", "a.csv")}.get(name, ())
+    refused(run(name, path, *rest), f"{kind}.h5")
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (("query", "small.h5", "advance_rtio > 0.3"), ("did you mean 'advance_ratio'",)),
+        (("query", "small.h5", "__import__('os').system('id')"), ("column",)),
+        (("query", "small.h5", "(" * 10_000 + "1" + ")" * 10_000), ("10000",)),
+        (("query", "small.h5", "--table", "pionts"), ("did you mean 'points'",)),
+        (("query", "small.h5", "--limit", "-1"), ("limit",)),
+        (("plot", "small.h5", "root-locs", "-o", "a.png"), ("did you mean 'root-locus'",)),
+        (("plot", "small.h5", "root-locus", "-o", "a.xyz"), (".png",)),
+        (("export", "small.h5", "-o", "a.xls"), (".csv",)),
+        (("run", "small.toml", "-o", "new.h5", "--workers", "0"), ("workers",)),
+        (("run", "missing.toml", "-o", "new.h5"), ("missing.toml",)),
+        (("run", "small.h5", "-o", "new.h5"), ("small.h5",)),
+        (("pack", "nowhere"), ("nowhere",)),
+        (("merge", "small.h5", "-o", "both.h5"), ("two",)),
+        (("study", "-o", "a.h5"), ("NAME",)),
+    ],
+)
+def test_bad_questions_are_one_sentence(
+    run: Floquet, database: str, arguments: tuple[str, ...], words: tuple[str, ...]
+) -> None:
+    refused(run(*arguments), *words)
+
+
+def test_no_room_for_a_file_is_status_1(run: Floquet, database: str) -> None:
+    refused(run("run", "small.toml", "-o", "nowhere/new.h5"), "nowhere/new.h5", status=1)
+    refused(run("plot", database, "root-locus", "-o", "nowhere/a.png"), "nowhere/a.png", status=1)
+
+
+def test_all_problems_of_a_file_have_their_lines(run: Floquet, tmp_path: Path) -> None:
+    path = tmp_path / "rotor.toml"
+    path.write_text('[rotor]\nlock_number = 8.0\nhinge_ofset = 0.05\nblades = "4"\n', encoding="utf-8")
+    done = run("rotor", path)
+    refused(done, f"{path}:3: rotor.hinge_ofset", "did you mean 'hinge_offset'", f"{path}:4: rotor.blades")
+    assert all(line.startswith("floquet: ") for line in done.err.splitlines())
+
+
+def test_flags_override_the_file(run: Floquet) -> None:
+    file = ROOT / "data" / "rotors" / "bo105.toml"
+    answer = run("rotor", file, "--lock-number", "6", "--json").json
+    assert answer["name"] == "Bo 105" and answer["lock_number"] == 6.0 and "lock_number" not in answer["sources"]
+    assert "Padfield" in run("rotor", file).out
+
+
+def test_real_rotor_in_knots(run: Floquet) -> None:
+    """Bo 105: 0.35 · 44.4 rad/s · 4.91 m = 76.3 m/s = 148 knots."""
+    text = run("validity", ROOT / "data" / "rotors" / "bo105.toml", "--advance-ratio", "0.35").out
+    assert "148 knots" in text
