@@ -7,7 +7,7 @@ import os
 import subprocess
 import sys
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -453,7 +453,7 @@ class Memory:
     data: Mapping[str, Mapping[str, Any]]
     names: Sequence[str]
 
-    attributes: Mapping[str, Any] = None  # type: ignore[assignment]
+    attributes: Mapping[str, Any] = field(default_factory=dict)
 
     @property
     def tables(self) -> Sequence[str]:
@@ -506,7 +506,15 @@ def test_files_are_written_whole_and_the_same_each_time(
 
 
 @pytest.mark.parametrize(
-    "given, title", [(None, "hingeless"), ("heavy", "heavy"), ("Heavy", "heavy"), (2, "teetering"), ("2", "teetering")]
+    "given, title",
+    [
+        (None, "hingeless"),
+        ("heavy", "heavy"),
+        ("Heavy", "heavy"),
+        (2, "teetering"),
+        ("2", "teetering"),
+        (["soft"], "soft"),
+    ],
 )
 def test_a_rotor_is_chosen_by_name_or_number(
     database: Database, tmp_path: Path, given: Any, title: str, monkeypatch: pytest.MonkeyPatch
@@ -530,6 +538,8 @@ def test_a_rotor_is_chosen_by_name_or_number(
         ("root-locus", "a", None, "has no ending"),
         ("root-locus", "a.png", "hevy", "did you mean 'heavy'"),
         ("root-locus", "a.png", "6", "it has hingeless, soft"),
+        ("root-locus", "a.png", "soft,heavy", "shows 1 at most"),
+        ("validity-summary", "a.png", "soft, hevy", "did you mean 'heavy'"),
     ],
 )
 def test_refusals_are_sentences(
@@ -538,6 +548,21 @@ def test_refusals_are_sentences(
     with pytest.raises(ParameterError) as caught:
         plot_database(database, kind, tmp_path / out, rotor=rotor)
     assert words in str(caught.value) and not os.listdir(tmp_path)
+
+
+@pytest.mark.parametrize("given", [["soft", "heavy"], "soft, heavy", (1, "Heavy")])
+def test_a_summary_of_some_rotors(
+    database: Database, tmp_path: Path, given: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    seen: list[str] = []
+
+    def summary(rotors: Sequence[RotorRows]) -> Axes:
+        seen.extend(rotor.name for rotor in rotors)
+        return validity_summary(rotors)
+
+    monkeypatch.setitem(KINDS, "validity-summary", summary)
+    plot_database(database, "validity-summary", tmp_path / "a.png", rotor=given)
+    assert seen == ["soft", "heavy"]
 
 
 def test_nothing_to_draw_and_too_much_to_draw(database: Database, tmp_path: Path) -> None:
@@ -549,8 +574,26 @@ def test_nothing_to_draw_and_too_much_to_draw(database: Database, tmp_path: Path
         plot_database(Database("empty.h5", Memory(empty, ())), "root-locus", tmp_path / "a.png")
     with pytest.raises(ParameterError, match="has no rows of late"):
         plot_database(Database("part.h5", Memory(empty, ("late",))), "root-locus", tmp_path / "a.png")
-    with pytest.raises(ParameterError, match="41 rotors"):
+    with pytest.raises(ParameterError, match="41 rotors are asked for"):
         plot_database(Database("many.h5", Memory(empty, ("x",) * 41)), "validity-summary", tmp_path / "a.png")
+
+
+@pytest.mark.parametrize(
+    "options, words",
+    [
+        (None, ""),
+        ('{"model": "by hub", "reversed_flow": false, "tip_loss": 1.0}', ""),
+        ('{"model": "by hub", "reversed_flow": true, "tip_loss": 0.97}', "With reversed flow, tip loss 0.97. "),
+    ],
+)
+def test_the_footer_names_unusual_physics(
+    database: Database, tmp_path: Path, options: str | None, words: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    database._reader.attributes = {"options": options} if options else {}  # type: ignore[misc]
+    seen: list[str] = []
+    monkeypatch.setattr(Figure, "savefig", lambda figure, *_, **__: seen.append(figure.get_supxlabel()))
+    plot_database(database, "error-vs-mu", tmp_path / "a.png")
+    assert seen == [f"{words}No dynamic inflow in either model."]
 
 
 @pytest.mark.parametrize("folder", ["missing", "file"])

@@ -18,9 +18,10 @@ it is exact at lock edges and splits, stands in :mod:`floquet.plot.curves`.
 from __future__ import annotations
 
 import contextlib
+import json
 import os
 import tempfile
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -30,7 +31,7 @@ from floquet.errors import ParameterError, StorageError, did_you_mean
 from floquet.plot.against_mu import eigenvalues_vs_mu, error_vs_mu
 from floquet.plot.curves import lock_bands
 from floquet.plot.locus import root_locus
-from floquet.plot.parts import STYLE, root_figure
+from floquet.plot.parts import STYLE, root_figure, write_footer
 from floquet.plot.summary import RotorRows, validity_summary
 
 if TYPE_CHECKING:
@@ -58,8 +59,8 @@ FORMATS: dict[str, dict[str, None]] = {"png": {"Software": None}, "pdf": {"Creat
 """What a figure may be written as, and what is left out because it would make two files of one figure differ."""
 
 
-def plot_database(database: Database | str | Path, kind: str, out: str | Path, rotor: str | int | None = None, *,
-                  dpi: float = 200.0) -> Path:  # fmt: skip
+def plot_database(database: Database | str | Path, kind: str, out: str | Path,
+                  rotor: str | int | Sequence[str | int] | None = None, *, dpi: float = 200.0) -> Path:  # fmt: skip
     """Draw a database and write the figure, whole or not at all.
 
     Parameters
@@ -71,8 +72,8 @@ def plot_database(database: Database | str | Path, kind: str, out: str | Path, r
     out
         The figure's path, which ends in .png, .pdf or .svg.
     rotor
-        A rotor's name or its number in the file.  None is the first rotor, for a summary every rotor; another is
-        chosen with ``--rotor NAME`` on the command line.
+        A rotor's name or its number in the file, for a summary also several, listed or with commas between.  None is
+        the first rotor, for a summary every rotor; others are chosen with ``--rotor NAME`` on the command line.
     dpi
         Dots per inch of a .png.
     """
@@ -87,12 +88,27 @@ def plot_database(database: Database | str | Path, kind: str, out: str | Path, r
     with contextlib.ExitStack() as closing:
         db = database if isinstance(database, Database) else closing.enter_context(open_database(database))
         rotors = [_rows(db, index) for index in _chosen(db, rotor, every=kind in SUMMARIES)]
+        physics = _physics(db.attributes.get("options"))
     if kind in SUMMARIES:
         drawn = KINDS[kind](rotors)
     else:
         drawn = KINDS[kind](rotors[0].points, rotors[0].limits, name=rotors[0].name)
-    _write(root_figure(drawn[0] if isinstance(drawn, tuple) else drawn), path, dpi)
+    figure = root_figure(drawn[0] if isinstance(drawn, tuple) else drawn)
+    write_footer(figure, physics)
+    _write(figure, path, dpi)
     return path
+
+
+def _physics(options: Any) -> str:
+    """The study's choices of physics that are not the usual ones, in words."""
+    try:
+        given = dict(json.loads(options))
+    except (TypeError, ValueError):
+        return ""
+    usual = {"model": "by hub", "tip_loss": 1.0}
+    chosen = {name: value for name, value in given.items() if value != usual.get(name, False)}
+    words = [name if value is True else f"{name} {value}" for name, value in chosen.items()]
+    return f"With {', '.join(words)}.".replace("_", " ") if words else ""
 
 
 def _target(out: str | Path) -> Path:
@@ -105,25 +121,43 @@ def _target(out: str | Path) -> Path:
     return path
 
 
-def _chosen(db: Database, rotor: str | int | None, *, every: bool) -> list[int]:
+def _chosen(db: Database, rotor: str | int | Sequence[str | int] | None, *, every: bool) -> list[int]:
     """Numbers of the rotors to draw."""
-    names, given = list(db.names), str(rotor)
     last = db.query(columns=["rotor"], sort="rotor", descending=True, limit=1)["rotor"]
-    count = max(len(names), int(last[0]) + 1 if len(last) else 0)
+    count = max(len(db.names), int(last[0]) + 1 if len(last) else 0)
     if count == 0:
         raise ParameterError("rotor", rotor, f"{db.path} has no rows, so there is nothing to draw: run its study first")
     if rotor is None:
-        if every and count > MOST:
-            sentence = f"{db.path} has {count} rotors and a summary shows {MOST} at most: name one with --rotor"
-            raise ParameterError("rotor", rotor, sentence)
-        return list(range(count)) if every else [0]
-    folded = [name.casefold() for name in names]
-    for known, word in ((names, given), (folded, given.casefold())):
+        found = list(range(count)) if every else [0]
+    elif isinstance(rotor, str | int):
+        whole = _number(db, rotor, count)
+        found = [whole] if whole is not None else [_named(db, word, count) for word in str(rotor).split(",")]
+    else:
+        found = [_named(db, word, count) for word in rotor]
+    most = MOST if every else 1
+    if len(found) > most:
+        sentence = (
+            f"{len(found)} rotors are asked for and this kind of figure shows {most} at most: name fewer with --rotor"
+        )
+        raise ParameterError("rotor", rotor, sentence)
+    return found
+
+
+def _number(db: Database, rotor: str | int, count: int) -> int | None:
+    """The number of a rotor given by its name (first as written, then whatever its capitals) or by its number."""
+    given, names = str(rotor).strip(), list(db.names)
+    for known, word in ((names, given), ([name.casefold() for name in names], given.casefold())):
         if word in known:
-            return [known.index(word)]
-    if given.isdecimal() and int(given) < count:
-        return [int(given)]
-    more = f" and {count - 8} more" if len(names) > 8 else ""
+            return known.index(word)
+    return int(given) if given.isdecimal() and int(given) < count else None
+
+
+def _named(db: Database, rotor: str | int, count: int) -> int:
+    number = _number(db, rotor, count)
+    if number is not None:
+        return number
+    given, names = str(rotor).strip(), db.names
+    more = f" and {len(names) - 8} more" if len(names) > 8 else ""
     has = ", ".join(names[:8]) + more if any(names) else f"no names, so give a number from 0 to {count - 1}"
     raise ParameterError(
         "rotor", rotor, f"{given!r} is no rotor of {db.path}{did_you_mean(given, names)}; it has {has}"

@@ -102,9 +102,9 @@ def _enlarged(paths: Sequence[_Path]) -> dict[str, Bbox]:
     """A box around each mode, all equally wide; none where the whole is not much larger than they are."""
     boxes = {}
     for mode in ("advancing", "coning", "regressing"):
-        extents = {path.model: path.extent for path in paths if path.mode == mode}
-        if extents:
-            exact, both = extents["Floquet"], Bbox.union(list(extents.values()))
+        shown = [path for path in paths if path.mode == mode or (path.mode, mode) == ("differential", "coning")]
+        if shown:
+            exact, both = shown[0].extent, Bbox.union([path.extent for path in shown])
             reach = max(0.5 * exact.width, 0.1)
             left, right = max(both.x0, exact.x0 - reach), min(both.x1, exact.x1 + reach)
             boxes[mode] = Bbox.from_extents(left, both.y0, right, both.y1)
@@ -247,14 +247,21 @@ def _label_enlarged(ax: Axes, mode: str, paths: Sequence[_Path], across: Sequenc
 
 
 def _label_mu(labels: Labels, paths: Sequence[_Path], across: Sequence[float]) -> None:
-    """Write μ beside some of its dots, ends first, where there is room."""
+    """Write μ beside some of its dots, ends first, where there is room: above for Floquet, below for TPP."""
     start, end = across
     chosen = dict.fromkeys((start, end, *(mu for mu in (0.5, 0.8, 0.3) if start < mu < end)))
     for path in paths:
         for mu in chosen:
             for z in _at(np.array([mu]), path)[0]:
                 if np.isfinite(z.real) and path.mode != "differential":
-                    anchor = (float(z.real), float(z.imag))
+                    anchor, up = (float(z.real), float(z.imag)), 1 if path.model == "Floquet" else -1
+                    sides = ((0, up), (1, up), (-1, up), (1, 0), (-1, 0))
                     labels.put(
-                        f"{mu:g}", [anchor], color=COLOURS[path.mode], fontsize="x-small", optional=True, distance=2.5
+                        f"{mu:g}",
+                        [anchor],
+                        color=COLOURS[path.mode],
+                        fontsize="x-small",
+                        optional=True,
+                        distance=2.5,
+                        sides=sides,
                     )

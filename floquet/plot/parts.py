@@ -66,8 +66,13 @@ def new_figure(width: float, height: float) -> Figure:
     """An empty figure of a size in inches, with the footer; it needs no display."""
     figure = Figure(figsize=(width, height), layout="constrained")
     FigureCanvasAgg(figure)
-    figure.supxlabel(FOOTER, fontsize=6.5, color=DARK, x=0.99, ha="right")
+    write_footer(figure)
     return figure
+
+
+def write_footer(figure: Figure, more: str = "") -> None:
+    """Say what is not in the model, and what else is."""
+    figure.supxlabel(" ".join([more, FOOTER]).strip(), fontsize=6.5, color=DARK, x=0.99, ha="right")
 
 
 def root_figure(ax: Axes) -> Figure:
@@ -95,8 +100,12 @@ def described(rows: Rows) -> str:
 
 
 def heading(figure: Figure, rows: Rows, name: str) -> str:
-    """Name and parameters, on two lines where the figure is narrow."""
-    return (f"{name}:  " if wide(figure) else f"{name}\n") + described(rows) if name else described(rows)
+    """Name and parameters, on two lines where the figure is narrow; hinge offset and coupling where there is room."""
+    if not wide(figure):
+        return f"{name}\n{described(rows)}" if name else described(rows)
+    more = [(r"$\varepsilon$", float(rows["hinge_offset"][0])), ("$K_1$", float(rows["pitch_flap_coupling"][0]))]
+    text = ", ".join([described(rows), *(f"{symbol} = {value:.3g}" for symbol, value in more if value)])
+    return f"{name}:  {text}" if name else text
 
 
 def headline(ax: Axes, rows: Rows, name: str, handles: Sequence[Any], *, narrow: int = 2) -> None:
