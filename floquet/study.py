@@ -29,15 +29,24 @@ from typing import Annotated, Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import ConfigDict, Field
 
 from . import __version__, store
 from .comparison import Metric, Model
-from .errors import ConfigError, DatabaseError, FailedError, FloquetError, InputError, Problem, did_you_mean
+from .errors import (
+    ConfigError,
+    DatabaseError,
+    FailedError,
+    FloquetError,
+    InputError,
+    Problem,
+    StorageError,
+    did_you_mean,
+)
 from .models import Physics
 from .rotor import PARAMETERS, Hub, Rotor, load_rotor
 from .sweep import ENGINE, Plan, limit_rows, point_rows
-from .tomlfile import read_toml
+from .tomlfile import Table, read_toml
 
 __all__ = ["Estimate", "RunReport", "Study", "dry_run", "export", "load_study", "merge", "pack", "run"]
 
@@ -50,8 +59,8 @@ TABLE_ROWS: dict[str, Callable[[Plan, int, int], Rows]] = {"points": point_rows,
 
 
 # ---------------------------------------------------------------------- the study file
-class _Table(BaseModel):
-    model_config = ConfigDict(extra="forbid", allow_inf_nan=False, populate_by_name=True)
+class _Table(Table):
+    model_config = ConfigDict(populate_by_name=True)
 
 
 class Range(_Table):
@@ -437,9 +446,10 @@ def _locked(folder: Path, study: Study, resume: bool) -> Iterator[None]:
         folder.mkdir()
     lock = FileLock(folder / ".lock", timeout=0)
     try:
-        with _storage(folder):
-            lock.acquire()
-    except Timeout:
+        lock.acquire()
+    except OSError as error:
+        if not isinstance(error, Timeout):
+            raise StorageError(folder, store.write_failure(error)) from error
         raise InputError(f"{folder} is in use by another run: wait for it, or write to another file") from None
     try:
         journal = folder / "study.json"
@@ -465,8 +475,6 @@ def _locked(folder: Path, study: Study, resume: bool) -> Iterator[None]:
 @contextlib.contextmanager
 def _storage(path: Path) -> Iterator[None]:
     """OSErrors of folders and locks as sentences."""
-    from .errors import StorageError
-
     try:
         yield
     except FileExistsError:

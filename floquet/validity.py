@@ -49,6 +49,7 @@ NODES = 33  # Chebyshev points a panel
 DEPTH = 10  # halvings of a panel at most
 RESOLVED = 1e-12  # coefficients relative to the largest: above the noise of D, below any window that matters
 SAMPLES = 96  # graded points between two edges
+HUGE = 1e3  # errors beyond are all the same failure (and inf has no roots)
 WIDTH = 1e-9  # windows narrower than this are not reported
 ROOT = {"xatol": 1e-13, "xrtol": 1e-13, "fatol": 0.0, "frtol": 0.0}
 
@@ -259,11 +260,7 @@ class _Rotor:
         locks = sorted({x for a, b, _ in windows for x in (a, b) if 0.0 < x < math.inf})
         edges = sorted({*self.breaks(), *locks, *splits})
         graded = [a + (b - a) * 0.5 * (1.0 - np.cos(np.linspace(0.0, math.pi, SAMPLES))) for a, b in pairwise(edges)]
-        mu = np.unique(np.concatenate(graded))
-        sampled = self.comparison(mu)
-        crossings = [
-            self._crossings(mu, sampled[mode].by(metric), mode, metric, tolerance) for mode, metric, tolerance in wanted
-        ]
+        crossings = self._crossings(np.unique(np.concatenate(graded)), wanted)
         firsts = np.array([ins[0][0] if ins else self.mu_max for ins in crossings])
         there = self.comparison(np.minimum(firsts + 1e-12, self.mu_max))
         out = []
@@ -285,26 +282,25 @@ class _Rotor:
             )
         return tuple(out)
 
-    def _crossings(
-        self, mu: Array, error: Array, mode: str, metric: Metric, tolerance: float
-    ) -> list[tuple[float, float]]:
-        """Intervals where the error is above the tolerance."""
+    def _crossings(self, mu: Array, wanted: Sequence[tuple[str, Metric, float]]) -> list[list[tuple[float, float]]]:
+        """For each of ``wanted``, the intervals where the error is above the tolerance; all are solved together."""
+        curves = sorted({(mode, metric) for mode, metric, _ in wanted})
+        which = [curves.index((mode, metric)) for mode, metric, _ in wanted]
 
-        def excess(x: Array) -> Array:
-            flat = np.atleast_1d(x).ravel()
-            return np.asarray(np.minimum(self.comparison(flat)[mode].by(metric), 1e3) - tolerance).reshape(np.shape(x))
+        def errors(x: Array) -> Array:
+            found = self.comparison(x)
+            return np.stack([np.minimum(found[mode].by(metric), HUGE) for mode, metric in curves])
 
-        value = np.minimum(error, 1e3) - tolerance
-        mu, value = _with_extrema(excess, mu, value)
-        roots = _solve(excess, mu, value)
-        ends = [0.0, *roots, self.mu_max]
-        failing = bool(value[0] > 0)
-        out = []
-        for a, b in pairwise(ends):
-            if failing and b > a:
-                out.append((a, math.inf if b == self.mu_max else b))
-            failing = not failing
-        return out
+        def error(x: Array, curve: Array) -> Array:
+            return errors(x.ravel())[curve.astype(int).ravel(), np.arange(x.size)].reshape(x.shape)
+
+        sampled = [_with_extrema(mu, y, extra) for y, extra in zip(*_all_extrema(error, mu, errors(mu)), strict=True)]
+        tolerances = [tolerance for _, _, tolerance in wanted]
+        roots = _all_roots(error, [sampled[c] for c in which], which, tolerances)
+        return [
+            _intervals(sampled[c][1][0] > tolerance, found, self.mu_max)
+            for c, tolerance, found in zip(which, tolerances, roots, strict=True)
+        ]
 
 
 def stability_of(phi: PeriodMap) -> Array:
@@ -352,20 +348,57 @@ def _solve(f: Callable[[Array], Array], x: Array, y: Array) -> list[float]:
     return [float(r) for r in elementwise.find_root(f, (x[i], x[i + 1]), tolerances=ROOT).x]
 
 
-def _with_extrema(f: Callable[[Array], Array], x: Array, y: Array) -> tuple[Array, Array]:
-    """Add the extrema that may hide a pair of crossings between samples."""
+# ---------------------------------------------------------------------- many error curves at once
+Curve = tuple[Array, Array]
+
+
+def _all_extrema(error: Callable[[Array, Array], Array], x: Array, y: Array) -> tuple[Array, list[Curve]]:
+    """Extrema between samples of every curve y (curves, samples), where a pair of crossings may hide."""
     from scipy.optimize import elementwise
 
-    inner, sign = np.arange(1, len(x) - 1), np.where(y > 0, 1.0, -1.0)
-    same = (sign[inner] == sign[inner - 1]) & (sign[inner] == sign[inner + 1])
-    turning = (sign * y)[inner] <= np.minimum((sign * y)[inner - 1], (sign * y)[inner + 1])
-    i = inner[same & turning & (np.abs(y[inner]) < 1e2)]
+    sign = np.stack([np.ones_like(y), -np.ones_like(y)])  # minima, maxima
+    inner = (sign * y)[..., 1:-1]
+    turning = (inner <= (sign * y)[..., :-2]) & (inner <= (sign * y)[..., 2:]) & (y[:, 1:-1] < HUGE)
+    kind, curve, i = np.nonzero(turning)
     if not i.size:
-        return x, y
-    found = elementwise.find_minimum(lambda t, s: s * f(t), (x[i - 1], x[i], x[i + 1]), args=(sign[i],), maxiter=40)
-    x, y = np.concatenate([x, found.x]), np.concatenate([y, sign[i] * found.f_x])
+        return y, [(x[:0], x[:0])] * len(y)
+    args = (curve.astype(float), np.where(kind == 0, 1.0, -1.0))
+    found = elementwise.find_minimum(lambda t, c, s: s * error(t, c), (x[i], x[i + 1], x[i + 2]), args=args, maxiter=30)
+    value = args[1] * found.f_x
+    return y, [(found.x[curve == c], value[curve == c]) for c in range(len(y))]
+
+
+def _with_extrema(x: Array, y: Array, extra: Curve) -> Curve:
+    """Samples and extrema in order."""
+    x, y = np.concatenate([x, extra[0]]), np.concatenate([y, extra[1]])
     order = np.argsort(x, kind="stable")
     return x[order], y[order]
+
+
+def _all_roots(
+    error: Callable[[Array, Array], Array], sampled: Sequence[Curve], which: Sequence[int], tolerances: Sequence[float]
+) -> list[list[float]]:
+    """Where each sampled curve crosses its tolerance."""
+    from scipy.optimize import elementwise
+
+    brackets = [np.flatnonzero((y[:-1] > t) != (y[1:] > t)) for (_, y), t in zip(sampled, tolerances, strict=True)]
+    owner = np.repeat(np.arange(len(sampled)), [len(b) for b in brackets])
+    if not owner.size:
+        return [[] for _ in sampled]
+    low, high = (np.concatenate([x[b + k] for (x, _), b in zip(sampled, brackets, strict=True)]) for k in (0, 1))
+    args = (np.array(which, float)[owner], np.array(tolerances)[owner])
+    roots = elementwise.find_root(lambda t, c, tol: error(t, c) - tol, (low, high), args=args, tolerances=ROOT).x
+    return [[float(r) for r in roots[owner == k]] for k in range(len(sampled))]
+
+
+def _intervals(failing: bool, roots: Sequence[float], mu_max: float) -> list[tuple[float, float]]:
+    """Intervals of failure from the roots and the state at 0."""
+    out = []
+    for a, b in pairwise([0.0, *roots, mu_max]):
+        if failing and b > a:
+            out.append((a, math.inf if b == mu_max else b))
+        failing = not failing
+    return out
 
 
 def _bounded(D: Array, level: Array | float) -> Array:

@@ -1,0 +1,328 @@
+"""Studies: the file, the run, its interruptions, packing and the ways out."""
+
+from __future__ import annotations
+
+import csv
+import json
+import subprocess
+import sys
+import textwrap
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from filelock import FileLock
+
+from floquet import store, study
+from floquet.comparison import Metric
+from floquet.errors import ConfigError, DatabaseError, InputError
+from floquet.rotor import Hub
+from floquet.sweep import limit_rows, point_rows
+
+SMALL = """
+[study]
+name = "small"
+schema = 1
+
+[rotors]
+list = [
+    { lock_number = 8.0, name = "eight" },
+    { lock_number = 6.0, blades = 2, hub = "teetering", name = "two blades" },
+]
+grid = { lock_number = [4.0, 12.0], hinge_offset = { start = 0.0, stop = 0.1, count = 2 }, blades = [3, 4] }
+
+[axes]
+advance_ratio = { start = 0.0, stop = 1.0, count = 60 }
+
+[compare]
+tolerances = [0.05]
+absolute_tolerances = [0.02]
+"""
+
+
+@pytest.fixture
+def file(tmp_path: Path) -> Path:
+    path = tmp_path / "small study.toml"
+    path.write_text(SMALL)
+    return path
+
+
+@pytest.fixture
+def quick(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Several shards of each table from a small study."""
+    monkeypatch.setattr(study, "POINT_SHARD", (100, 100))
+    monkeypatch.setattr(study, "LIMIT_SHARD", (3, 3))
+
+
+# ---------------------------------------------------------------------- the file
+def test_a_study_file_is_a_plan(file: Path) -> None:
+    plan = study.load_study(file).plan
+    assert plan.designs == 10 and plan.points == 600 and plan.names[:2] == ("eight", "two blades")
+    assert plan.tolerances == ((Metric.RELATIVE, 0.05), (Metric.ABSOLUTE, 0.02))
+    assert plan.design(1).hub is Hub.TEETERING
+    grid = [(r.blades, r.lock_number, r.hinge_offset) for r in map(plan.design, range(2, 10))]
+    assert grid == [(n, g, e) for n in (3, 4) for g in (4.0, 12.0) for e in (0.0, 0.1)]
+
+
+def test_sobol_designs_are_in_their_box_and_the_same_every_time(tmp_path: Path) -> None:
+    text = SMALL.replace(
+        "list =",
+        "sobol = { count = 8, seed = 3, lock_number = [4.0, 12.0], hinge_offset = [0.0, 0.1], blades = 5 }\nlist =",
+    )
+    (tmp_path / "s.toml").write_text(text)
+    first, second = (study.load_study(tmp_path / "s.toml") for _ in range(2))
+    designs = [first.plan.design(i) for i in range(10, 18)]
+    assert all(4 <= r.lock_number <= 12 and 0 <= r.hinge_offset <= 0.1 and r.blades == 5 for r in designs)
+    assert len({r.lock_number for r in designs}) == 8 and first.id == second.id
+
+
+def test_the_id_changes_with_every_number_that_matters(tmp_path: Path, file: Path) -> None:
+    ids = {study.load_study(file).id}
+    changes = {
+        "8.0": "8.000001",
+        "count = 60": "count = 61",
+        "0.05]": "0.06]",
+        "0.02]": "0.03]",
+        "[compare]": "[compare]\nreversed_flow = true",
+        '"eight"': '"8"',
+        "blades = 2": "blades = 2, hinge_stiffness = 0.1",
+    }
+    for old, new in changes.items():
+        path = tmp_path / "other.toml"
+        path.write_text(SMALL.replace(old, new))
+        ids.add(study.load_study(path).id)
+    assert len(ids) == 8
+    commented = tmp_path / "comment.toml"
+    commented.write_text("# why\n" + SMALL)
+    assert study.load_study(commented).id in ids
+
+
+@pytest.mark.parametrize(("old", "new", "sentence"), [
+    ("[axes]", "[axis]", r"axis: .*did you mean 'axes'"),
+    ("tolerances = [0.05]", "tolerance = [0.05]", r"small\.toml:17: compare\.tolerance: .*did you mean 'tolerances'"),
+    ("tolerances = [0.05]", "tolerances = [-1]", "tolerances"),
+    ("count = 60", "count = 0", "count"),
+    ("schema = 1", "schema = 2", "schema"),
+    ('hub = "teetering"', 'hub = "teetring"', "did you mean 'teetering'"),
+    ("lock_number = 8.0", "lock_number = -8.0", "lock_number"),
+    ("lock_number = 8.0", "lock_numbr = 8.0", "did you mean 'lock_number'"),
+    ("stop = 0.1, count = 2 }", "stop = 0.1 }", "is no axis"),
+    ("stop = 1.0", "stop = nan", "stop"),
+    ("{ start = 0.0, stop = 1.0, count = 60 }", "[0.1, -0.2]", "-0.2 is not possible"),
+    ("[compare]", "[compare]\ntip_loss = 1.2", "outside 0.5"),
+])  # fmt: skip
+def test_a_bad_study_is_refused_in_a_sentence(tmp_path: Path, old: str, new: str, sentence: str) -> None:
+    path = tmp_path / "small.toml"
+    assert old in SMALL
+    path.write_text(SMALL.replace(old, new, 1))
+    with pytest.raises(ConfigError, match=sentence):
+        study.load_study(path)
+
+
+def test_a_missing_rotor_file_is_named(tmp_path: Path) -> None:
+    (tmp_path / "s.toml").write_text(SMALL.replace("list =", 'files = ["nowhere.toml"]\nlist ='))
+    with pytest.raises(ConfigError, match=r"nowhere\.toml"):
+        study.load_study(tmp_path / "s.toml")
+
+
+# ---------------------------------------------------------------------- running
+@pytest.mark.usefixtures("quick")
+def test_a_run_packs_what_the_sweep_gives(file: Path, tmp_path: Path) -> None:
+    one, seen = study.load_study(file), []
+    report = study.run(one, tmp_path / "out.h5", progress=lambda done, total: seen.append((done, total)))
+    assert (report.points, report.limits, report.computed, report.failed) == (600, 68, 10, ())
+    assert seen[0] == (0, 10) and seen[-1] == (10, 10) and not study.parts_of(report.path).exists()
+    points, limits = point_rows(one.plan, 0, 600), limit_rows(one.plan, 0, 10)
+    with store.open_file(report.path) as stored:
+        assert (
+            stored.names == one.plan.names
+            and stored.attributes["input"] == SMALL
+            and stored.attributes["study_id"] == one.id
+        )
+        for table, rows in (("points", points), ("limits", limits)):
+            [(_, read)] = list(stored.chunks(table, list(rows)))
+            for name, value in rows.items():
+                assert read[name].tobytes() == value.tobytes(), name
+    assert store.verify(report.path) == ()
+    assert study.dry_run(one).limits == 68 and study.dry_run(one).shards == 10
+
+
+@pytest.mark.usefixtures("quick")
+def test_any_engine_gives_the_same_bits(file: Path, tmp_path: Path) -> None:
+    one = study.load_study(file)
+    study.run(one, tmp_path / "serial.h5")
+    with ThreadPoolExecutor(2) as pool:
+        study.run(one, tmp_path / "threads.h5", executor=pool)
+    study.run(one, tmp_path / "processes.h5", workers=2)
+    assert len({store.data_digest(tmp_path / f"{n}.h5") for n in ("serial", "threads", "processes")}) == 1
+
+
+@pytest.mark.usefixtures("quick")
+def test_resume_keeps_sound_shards_and_makes_damaged_ones_again(
+    file: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    one, out, made = study.load_study(file), tmp_path / "out.h5", []
+    real = study.TABLE_ROWS["points"]
+
+    def interrupted(plan: Any, start: int, stop: int) -> Any:
+        if start == 400:
+            raise KeyboardInterrupt
+        return real(plan, start, stop)
+
+    monkeypatch.setitem(study.TABLE_ROWS, "points", interrupted)
+    with pytest.raises(KeyboardInterrupt):
+        study.run(one, out)
+    folder = study.parts_of(out)
+    shards = sorted(p.name for p in folder.glob("points-*.h5"))
+    assert len(shards) == 4 and not out.exists()
+    with pytest.raises(InputError, match="--resume"):
+        study.run(one, out)
+    damaged = folder / shards[1]
+    damaged.write_bytes(damaged.read_bytes()[:-50])
+    (folder / shards[2]).write_bytes(b"not HDF5 at all")
+
+    def counted(plan: Any, start: int, stop: int) -> Any:
+        made.append(start)
+        return real(plan, start, stop)
+
+    monkeypatch.setitem(study.TABLE_ROWS, "points", counted)
+    report = study.run(one, out, resume=True)
+    assert sorted(made) == [100, 200, 400, 500] and report.reused == 6
+    study.run(one, tmp_path / "whole.h5")
+    assert store.data_digest(out) == store.data_digest(tmp_path / "whole.h5")
+
+
+@pytest.mark.usefixtures("quick")
+def test_another_study_is_not_mixed_in(file: Path, tmp_path: Path) -> None:
+    out = tmp_path / "out.h5"
+    one = study.load_study(file)
+    study.run(one, out)
+    with pytest.raises(InputError, match="is there already"):
+        study.run(one, out)
+    assert study.run(one, out, resume=True).computed == 0
+    file.write_text(SMALL.replace("8.0", "8.5"))
+    with pytest.raises(InputError, match="another study"):
+        study.run(study.load_study(file), out, resume=True)
+
+
+def test_two_runs_of_one_study_do_not_meet(file: Path, tmp_path: Path) -> None:
+    out = tmp_path / "out.h5"
+    folder = study.parts_of(out)
+    folder.mkdir()
+    with FileLock(folder / ".lock"), pytest.raises(InputError, match="in use by another run"):
+        study.run(study.load_study(file), out)
+
+
+@pytest.mark.usefixtures("quick")
+def test_a_failed_shard_does_not_stop_the_others(file: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    real = study.TABLE_ROWS["points"]
+
+    def failing(plan: Any, start: int, stop: int) -> Any:
+        if start == 200:
+            raise InputError("this point cannot be")
+        return real(plan, start, stop)
+
+    monkeypatch.setitem(study.TABLE_ROWS, "points", failing)
+    report = study.run(study.load_study(file), tmp_path / "out.h5")
+    assert [reason for _, reason in report.failed] == ["this point cannot be"] and report.computed == 9
+    assert not (tmp_path / "out.h5").exists() and study.parts_of(tmp_path / "out.h5").exists()
+    with pytest.raises(DatabaseError, match="1 of 10 shards are missing"):
+        study.pack(study.parts_of(tmp_path / "out.h5"), tmp_path / "out.h5")
+
+
+@pytest.mark.skipif(not hasattr(__import__("os"), "fork"), reason="children are forked")
+def test_ten_kills_at_random_moments_lose_nothing(file: Path, tmp_path: Path) -> None:
+    """A child is killed by SIGKILL ten times and resumed; the packed data equal those of a run in one go."""
+    program = textwrap.dedent(f"""
+        import json, os, random, signal, sys, time
+        from floquet import store, study
+        study.POINT_SHARD, study.LIMIT_SHARD = (20, 20), (1, 1)
+        one, out = study.load_study({str(file)!r}), {str(tmp_path / "killed.h5")!r}
+        random.seed(1431)
+        kills = 0
+        while kills < 10:
+            child = os.fork()
+            if child == 0:
+                study.run(one, out, resume=True)
+                os._exit(0)
+            time.sleep(random.uniform(0.05, 0.7))
+            os.kill(child, signal.SIGKILL)
+            assert os.WIFSIGNALED(os.waitpid(child, 0)[1]), "the study was too short for ten kills"
+            kills += 1
+        kept = len([f for f in os.listdir(out + ".parts") if f.endswith(".h5")])
+        report = study.run(one, out, resume=True)
+        study.run(one, {str(tmp_path / "whole.h5")!r})
+        digests = [store.data_digest(p) for p in (out, {str(tmp_path / "whole.h5")!r})]
+        print(json.dumps([kept, report.reused, *digests]))
+    """)
+    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
+    kept, reused, killed, whole = json.loads(done.stdout)
+    assert killed == whole and 0 < reused <= kept
+
+
+# ---------------------------------------------------------------------- merging and exporting
+@pytest.fixture
+def two(tmp_path: Path) -> tuple[Path, Path]:
+    paths = []
+    for name, gamma in (("a", "8.0"), ("b", "9.0")):
+        text = (
+            SMALL.replace("8.0", gamma).replace("count = 60", "count = 5").replace("absolute_tolerances = [0.02]", "")
+        )
+        (tmp_path / f"{name}.toml").write_text(
+            "\n".join(line for line in text.splitlines() if not line.startswith("grid"))
+        )
+        study.run(study.load_study(tmp_path / f"{name}.toml"), tmp_path / f"{name}.h5")
+        paths.append(tmp_path / f"{name}.h5")
+    return paths[0], paths[1]
+
+
+def test_merge_numbers_the_rotors_on(two: tuple[Path, Path], tmp_path: Path) -> None:
+    assert study.merge(two, tmp_path / "m.h5") == {"points": 20, "limits": 12}
+    with store.open_file(tmp_path / "m.h5") as merged, store.open_file(two[1]) as second:
+        [(_, rows)] = list(merged.chunks("points", ["rotor", "lock_number", "error_regressing"]))
+        [(_, theirs)] = list(second.chunks("points", ["error_regressing"]))
+        assert rows["rotor"].tolist() == [r for r in range(4) for _ in range(5)]
+        assert merged.names == ("eight", "two blades", "eight", "two blades")
+        np.testing.assert_array_equal(rows["error_regressing"][10:], theirs["error_regressing"])
+    assert store.verify(tmp_path / "m.h5") == ()
+
+
+def test_merge_refuses_what_does_not_belong_together(two: tuple[Path, Path], tmp_path: Path) -> None:
+    with pytest.raises(InputError, match="hold the same study"):
+        study.merge([two[0], two[0]], tmp_path / "m.h5")
+    other = tmp_path / "c.toml"
+    other.write_text((tmp_path / "a.toml").read_text() + "reversed_flow = true\n")
+    study.run(study.load_study(other), tmp_path / "c.h5")
+    with pytest.raises(InputError, match="differ in options"):
+        study.merge([two[0], tmp_path / "c.h5"], tmp_path / "m.h5")
+    assert not (tmp_path / "m.h5").exists()
+
+
+@pytest.mark.parametrize("ending", ["csv", "parquet", "nc"])
+def test_exports_hold_the_rows(two: tuple[Path, Path], tmp_path: Path, ending: str) -> None:
+    if ending == "parquet":
+        pytest.importorskip("pyarrow")
+    out = study.export(two[0], tmp_path / f"out.{ending}", "limits")
+    with store.open_file(two[0]) as file:
+        [(_, rows)] = list(file.chunks("limits", ["limit", "cause"]))
+    if ending == "csv":
+        with out.open(newline="") as source:
+            read = list(csv.DictReader(source))
+        assert [float(r["limit"]) for r in read] == rows["limit"].tolist() and read[0]["mode"] == "regressing"
+        return
+    if ending == "parquet":
+        found = pytest.importorskip("pyarrow.parquet").read_table(out)["limit"].to_numpy()
+    else:
+        xarray = pytest.importorskip("xarray")
+        pytest.importorskip("h5netcdf")
+        with xarray.open_dataset(out) as data:
+            found = data["limit"].values
+    np.testing.assert_array_equal(found, rows["limit"])
+
+
+def test_an_unknown_format_is_refused(two: tuple[Path, Path], tmp_path: Path) -> None:
+    with pytest.raises(InputError, match=r"did you mean '\.csv'"):
+        study.export(two[0], tmp_path / "x.cvs")
