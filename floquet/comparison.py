@@ -14,15 +14,17 @@ k::
     k' no mode      no two modes of the simple model meet: compared with the mean (σ₁+σ₂)/2 ± i(ρ+k),
                     which is no exponent of the rotor                                                  Rule.MEAN
 
-All simple eigenvalues are assigned to all targets at the least total distance.  The error of a mode is the larger
+Pairs of simple eigenvalues are assigned to the modes at the least total distance.  The error of a mode is the larger
 distance of its two, divided by the root mean square of its two targets.
 """
 
 from __future__ import annotations
 
 import warnings
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from enum import IntEnum
+from itertools import permutations
 from typing import Any, Literal, Unpack
 
 import numpy as np
@@ -242,12 +244,10 @@ def matched(
     eta = np.asarray(exact.exponents)
     shape = eta.shape[:-1]
     targets, rules = zip(*(_targets(eta.real, rho, lock, k, orders) for k in orders), strict=True)
-    all_targets = np.concatenate(targets, axis=-1).reshape(-1, 2 * len(orders))
-    values = np.broadcast_to(simple, (*shape, simple.shape[-1])).reshape(all_targets.shape)
-    assigned = np.empty_like(all_targets)
-    for case, (z, s) in enumerate(zip(all_targets, values, strict=True)):
-        assigned[case] = s[_nearest(z, s)]
-    sets = [assigned.reshape(*shape, -1)[..., 2 * i : 2 * i + 2] for i in range(len(orders))]
+    m = len(orders)
+    values = np.broadcast_to(simple, (*shape, 2 * m)).reshape(-1, 2 * m)
+    assigned = _assigned(np.stack(targets, axis=-2).reshape(-1, m, 2), values).reshape(*shape, m, 2)
+    sets = [assigned[..., i, :] for i in range(m)]
     found = dict(zip(orders, zip(targets, sets, rules, strict=True), strict=True))
     _name_joint_pairs(found, lock)
     modes = [_mode(mode_name(k), *found[k], lock) for k in orders]
@@ -278,11 +278,56 @@ def _targets(
     return real + 1j * np.stack([frequency, -frequency], axis=-1), rule
 
 
-def _nearest(targets: Complex, values: Complex) -> NDArray[np.intp]:
-    """Index of the value assigned to each target, at the least total distance."""
-    from scipy.optimize import linear_sum_assignment
+def _assigned(targets: Complex, values: Complex) -> Complex:
+    """The simple pair of every mode, at the least total distance: targets (cases, m, 2), values (cases, 2m).
 
-    return np.asarray(linear_sum_assignment(np.abs(targets[:, None] - values[None, :]))[1])
+    Pairs stay whole: conjugates together, reals in neighbouring twos, or in whatever twos come nearest.
+    """
+    order = np.lexsort((values.imag, values.real, np.abs(values.imag)), axis=-1)
+    pairs = np.take_along_axis(values, order, axis=-1).reshape(targets.shape)
+    out, cost = _matched_pairs(targets, pairs)
+    reals = np.sum(values.imag == 0.0, axis=-1)
+    for case in np.flatnonzero((reals >= 4) & (reals <= 6)):
+        flat = pairs[case].ravel()  # the reals come first
+        for grouping in _groupings(range(int(reals[case]))):
+            tried = np.concatenate([flat[[i for two in grouping for i in two]], flat[reals[case] :]]).reshape(-1, 2)
+            other, other_cost = _matched_pairs(targets[case : case + 1], tried[None])
+            if other_cost[0] < cost[case]:
+                out[case], cost[case] = other[0], other_cost[0]
+    return out
+
+
+def _groupings(items: Sequence[int]) -> Iterator[list[tuple[int, int]]]:
+    """All ways to put an even number of items in twos."""
+    if not items:
+        yield []
+        return
+    first, rest = items[0], list(items[1:])
+    for second in rest:
+        for others in _groupings([i for i in rest if i != second]):
+            yield [(first, second), *others]
+
+
+def _matched_pairs(targets: Complex, pairs: Complex) -> tuple[Complex, Array]:
+    """Pairs (cases, m, 2) in the order of the targets nearest to them in total, and the total."""
+    m = targets.shape[1]
+    straight, crossed = (
+        np.abs(targets[:, :, None, 0] - p[:, None, :, 0]) + np.abs(targets[:, :, None, 1] - p[:, None, :, 1])
+        for p in (pairs, pairs[..., ::-1])
+    )
+    cost = np.minimum(straight, crossed)
+    if m <= 3:
+        orders = np.array(list(permutations(range(m))))
+        totals = cost[:, np.arange(m), orders].sum(axis=-1)
+        chosen = orders[np.argmin(totals, axis=-1)]
+    else:
+        from scipy.optimize import linear_sum_assignment
+
+        chosen = np.stack([linear_sum_assignment(c)[1] for c in cost])
+    case, mode = np.arange(len(targets))[:, None], np.arange(m)
+    flip = (crossed < straight)[case, mode, chosen]
+    out = pairs[case, chosen]
+    return np.where(flip[..., None], out[..., ::-1], out), cost[case, mode, chosen].sum(axis=-1)
 
 
 def _name_joint_pairs(found: dict[int, tuple[Complex, Complex, NDArray[np.int8]]], lock: Array) -> None:

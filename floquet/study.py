@@ -89,10 +89,10 @@ class StudyTable(_Table):
 class RotorsTable(_Table):
     """``[rotors]``: any of files, list, grid and sobol; their rotors follow one another."""
 
-    files: list[str] = []
-    rotors: list[dict[str, Any]] = Field([], alias="list")
-    grid: dict[str, Any] = {}
-    sobol: dict[str, Any] = {}
+    files: list[str] = Field(default_factory=list)
+    rotors: list[dict[str, Any]] = Field(default_factory=list, alias="list")
+    grid: dict[str, Any] = Field(default_factory=dict)
+    sobol: dict[str, Any] = Field(default_factory=dict)
 
 
 class AxesTable(_Table):
@@ -109,8 +109,8 @@ class CompareTable(_Table):
     reversed_flow: bool = False
     tip_loss: float = 1.0
     kinematic_rates: bool = False
-    tolerances: list[Annotated[float, Field(gt=0)]] = [0.05]
-    absolute_tolerances: list[Annotated[float, Field(gt=0)]] = []
+    tolerances: list[Annotated[float, Field(gt=0)]] = Field(default_factory=lambda: [0.05])
+    absolute_tolerances: list[Annotated[float, Field(gt=0)]] = Field(default_factory=list)
     mu_max: Annotated[float, Field(gt=0)] = 1.0
 
 

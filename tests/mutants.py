@@ -23,10 +23,34 @@ from tests.faults import FAULTS, Mutant  # noqa: E402
 LEFT_OUT = shutil.ignore_patterns(".git", ".venv", "results", "__pycache__", ".*_cache", ".hypothesis", "dist", "build")
 
 
+CLI, REPORT, LAYERS, ASKED = "floquet/cli.py", "floquet/report.py", "tests/test_layers.py", "tests/test_cli.py"
 OTHERS: tuple[Mutant, ...] = (
-    Mutant("module for function", "floquet/__init__.py", "value = value.sweep", "pass", "tests/test_layers.py"),
-    Mutant("no line in an error", "floquet/errors.py", '}:{p.line}" if p.line', '}" if p.line', "tests/test_cli.py"),
-    Mutant("NumPy for --help", "floquet/cli.py", "\nimport click\n", "\nimport click, numpy\n", "tests/test_layers.py"),
+    Mutant("module for function", "floquet/__init__.py", "value = value.sweep", "pass", LAYERS),
+    Mutant("no line in an error", "floquet/errors.py", '}:{p.line}" if p.line', '}" if p.line', ASKED),
+    Mutant("NumPy for --help", CLI, "\nimport click\n", "\nimport click, numpy\n", LAYERS),
+    Mutant("failed parts are done", CLI, "return 3 if finished.failed else 0", "return 0", ASKED),
+    Mutant("damage is done", CLI, "_fail(str(DamageError(file, places)), 1) if places else 0", "0", ASKED),
+    Mutant("no room is bad input", CLI, "1 if isinstance(error, FailedError) else 2", "2", ASKED),
+    Mutant("a warning for every call", CLI, '"once", FloquetWarning', '"always", FloquetWarning', ASKED),
+    Mutant("teetering with four blades", CLI, 'changes.setdefault("blades", 2)', "pass", ASKED),
+    Mutant("flags forgotten", CLI, "load_rotor(file).replace(**changes)", "load_rotor(file)", ASKED),
+    Mutant("a flag that is off counts", CLI, " and values[name] is not False}", "}", ASKED),
+    Mutant("closed pipe fails", CLI, "raise click.exceptions.Exit(0)", "raise click.exceptions.Exit(1)", ASKED),
+    Mutant("talk every 100 s", CLI, "- last >= 10.0", "- last >= 100.0", ASKED),
+    Mutant(
+        "nan in JSON", REPORT, "return None if math.isnan(value) else", "return value if math.isnan(value) else", ASKED
+    ),
+    Mutant("inf is null", REPORT, '"inf" if value > 0', "None if value > 0", ASKED),
+    Mutant("doubling for halving", REPORT, "-math.log(2.0) / (sigma", "math.log(2.0) / (sigma", ASKED),
+    Mutant("the mean decays", REPORT, "math.nan if mode.rule == Rule.MEAN else", "", ASKED),
+    Mutant("Hz without 2π", REPORT, "rotor_speed / math.tau for s", "rotor_speed for s", ASKED),
+    Mutant("miles for knots", REPORT, "KNOT = 1852.0", "KNOT = 1609.0", ASKED),
+    Mutant(
+        "valid above tolerance", REPORT, "valid = error <= limit.tolerance", "valid = error > limit.tolerance", ASKED
+    ),
+    Mutant("advice that fails", REPORT, "if e <= limit.tolerance), 0)", "), 0)", ASKED),
+    Mutant("another tolerance's limits", REPORT, 'if r["tolerance"] == tolerance and', "if", ASKED),
+    Mutant("inflow not mentioned", REPORT, "{LEGEND}\\n{NO_INFLOW}", "{LEGEND}", ASKED),
 )
 MUTANTS = (*FAULTS, *OTHERS)
 

@@ -8,7 +8,7 @@ from itertools import permutations
 import numpy as np
 import pytest
 
-from floquet.comparison import Cause, Metric, Rule, compare, matched, mode_orders
+from floquet.comparison import Cause, Metric, Rule, _assigned, compare, matched, mode_orders
 from floquet.errors import FloquetWarning, ParameterError
 from floquet.exponents import Stability, stability
 from floquet.models import flapping
@@ -163,6 +163,26 @@ def test_pairing_is_the_cheapest_of_all() -> None:
         cost = np.abs(exact[:, None] - simple[None, :])
         best = min(sum(cost[i, p] for i, p in enumerate(order)) for order in permutations(range(6)))
         assert np.abs(exact - simple).sum() == pytest.approx(best, rel=1e-9)
+
+
+def test_pairs_stay_whole() -> None:
+    """A mode's two simple eigenvalues are conjugates or both real, however many reals there are."""
+    reals = 0
+    for gamma in (9.374, 16.0, 20.0, 24.0):
+        for mode in compare(Rotor(lock_number=gamma), np.linspace(0.0, 1.5, 301)).modes:
+            whole = np.isclose(mode.simple[:, 0], np.conj(mode.simple[:, 1])) | np.all(mode.simple.imag == 0, axis=-1)
+            assert np.all(whole), (gamma, mode.name)
+            reals += np.sum(np.all(mode.simple.imag == 0, axis=-1))
+    assert reals > 100
+
+
+def test_reals_are_put_in_the_nearest_twos() -> None:
+    """Two overdamped modes inside one another: neighbours would be the wrong pairs."""
+    simple = np.array([-0.3, -2.6, -1.0, -1.4, MEAN + 2j, MEAN - 2j])
+    targets = np.array([[[-0.32, -2.5], [-1.1, -1.3], [MEAN + 2.1j, MEAN - 2.1j]]])
+    np.testing.assert_array_equal(
+        _assigned(targets, simple[None])[0], [[-0.3, -2.6], [-1.0, -1.4], [MEAN + 2j, MEAN - 2j]]
+    )
 
 
 def test_errors_are_continuous_into_a_lock() -> None:
