@@ -45,7 +45,7 @@ NO_INFLOW = "Dynamic inflow is not in the model; it matters most for the low-fre
 KNOT = 1852.0 / 3600.0  # m/s
 FINER = (2, 3, 4)  # harmonics of the averaged models that are tried where the tip-path plane fails
 LEGEND = """\
-limit: first advance ratio μ at which the simple model's error passes the tolerance; on: still failing at the last μ;
+limit: first advance ratio μ at which the simple model's error passes the tolerance; from: still failing at the last μ;
 lock edge, split edge: the nearest μ where the exact pair locks or unlocks, where the simple pair splits or merges."""
 CAUSES = {
     Cause.NONE: "the models agree",
@@ -54,6 +54,11 @@ CAUSES = {
     Cause.TPP_SPLIT: "the simple model's pair has split into two reals, the exact pair has not",
     Cause.DRIFT_IN_LOCK: "both pairs are split, the exact one in its lock at {lock} per rev, and lie apart",
     Cause.STABILITY: "one of the two models is stable and the other is not",
+}
+RULES = {
+    Rule.REALS: "the mode is locked on the real axis and compared with its two real exponents",
+    Rule.JOINT: "two modes share the four exponents of a lock and are compared with them together",
+    Rule.MEAN: "compared with the mean of the two locked exponents, which is no exponent of the rotor",
 }
 REASONS = {
     Reason.NONE: "",
@@ -185,13 +190,10 @@ def per_rev(value: float) -> str:
     return _FRACTIONS.get(value, number(value))
 
 
-def _upper(value: float) -> str:
-    return "on" if math.isinf(value) else number(value, 4)
-
-
 def intervals_text(intervals: Iterable[tuple[float, float]]) -> str:
-    """``0.31-0.52, 0.6-on``: where the simple model fails; ``on`` is still failing at the last advance ratio."""
-    return ", ".join(f"{number(start, 4)}-{_upper(end)}" for start, end in intervals) or "nowhere"
+    """``0.31-0.52, from 0.6``: where the simple model fails; ``from`` is still failing at the last advance ratio."""
+    parts = [(number(start, 4), number(end, 4) if math.isfinite(end) else "") for start, end in intervals]
+    return ", ".join(f"{start}-{end}" if end else f"from {start}" for start, end in parts) or "nowhere"
 
 
 # A rotor.
@@ -254,8 +256,13 @@ def mode_record(mode: ModeComparison, rotor_speed: float | None) -> Record:
     record = {f.name: getattr(mode, f.name) for f in dataclasses.fields(mode)} | {"error": mode.error}
     if rotor_speed:
         record["frequency_hz"] = [abs(complex(s).imag) * rotor_speed / math.tau for s in mode.exact]
-        record["time_to_half"] = [time_to_half(complex(s).real, rotor_speed) for s in mode.exact]
+        record["time_to_half"] = [_half(mode, complex(s), rotor_speed) for s in mode.exact]
     return record
+
+
+def _half(mode: ModeComparison, exact: complex, rotor_speed: float) -> float:
+    """No motion of the rotor decays with the mean of a locked pair."""
+    return math.nan if mode.rule == Rule.MEAN else time_to_half(exact.real, rotor_speed)
 
 
 def analysis_rows(record: Mapping[str, Any]) -> list[Record]:
@@ -285,6 +292,11 @@ def analysis_text(rotor: Rotor, advance_ratio: float, comparison: Comparison) ->
         "",
         table([*headers, *seconds], [row for mode in comparison.modes for row in _mode_rows(mode, rotor.rotor_speed)]),
         "",
+        *(
+            f"{rule.name}: {text}"
+            for rule, text in RULES.items()
+            if any(mode.rule == rule for mode in comparison.modes)
+        ),
         NO_INFLOW,
     ]
     return "\n".join(lines)
@@ -296,7 +308,7 @@ def _mode_rows(mode: ModeComparison, rotor_speed: float | None) -> Iterable[list
         name, error, rule, cause = first if i == 0 else ["", "", "", ""]
         row = [name, complex(exact), complex(simple), error, rule, cause]
         if rotor_speed:
-            row += [abs(exact.imag) * rotor_speed / math.tau, time_to_half(exact.real, rotor_speed)]
+            row += [abs(exact.imag) * rotor_speed / math.tau, _half(mode, complex(exact), rotor_speed)]
         yield row
 
 
@@ -506,9 +518,9 @@ def _sentence(one: ModeVerdict) -> str:
 
 
 def _where(limit: Limit) -> str:
-    if math.isinf(limit.limit):
-        return "it does not pass the tolerance in the range looked at"
-    return f"it first passes the tolerance at μ = {number(limit.limit, 4)} (fails at {intervals_text(limit.intervals)})"
+    if not limit.intervals:
+        return f"it keeps the tolerance up to μ = {number(limit.mu_max)}"
+    return f"it fails at μ = {intervals_text(limit.intervals)}".replace("at μ = from ", "from μ = ")
 
 
 def _instead(one: ModeVerdict, metric: Metric) -> str:

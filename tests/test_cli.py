@@ -144,7 +144,7 @@ def test_advice_is_the_first_averaged_model_that_holds(run: Floquet) -> None:
 
 
 def test_no_motion_decays_with_the_mean_of_a_lock(run: Floquet) -> None:
-    """Lynx at μ = 0.35 is locked at 1 per rev: the regressing mode has two reals, the coning mode is against the mean."""
+    """Lynx at μ = 0.35, locked at 1 per rev: the regressing mode has two reals, coning is against the mean."""
     file = ROOT / "data" / "rotors" / "lynx.toml"
     regressing, coning = run("analyse", file, "--advance-ratio", "0.35", "--json").json["modes"][:2]
     assert regressing["rule"] == "REALS" and regressing["time_to_half"][0] > regressing["time_to_half"][1] > 0
