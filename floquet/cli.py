@@ -196,7 +196,7 @@ def progress(what: str) -> Iterator[Callable[[int, int], None]]:
 @rotor_flags
 @output_flags
 def rotor(file: str | None, style: str | None, **values: Any) -> None:
-    """Parameters of a rotor, derived values, ranges and sources."""
+    """Parameters of a rotor, their ranges and sources."""
     from floquet import report
 
     one = rotor_of(file, values)
@@ -211,7 +211,10 @@ def rotor(file: str | None, style: str | None, **values: Any) -> None:
 @physics_flags
 @output_flags
 def analyse(file: str | None, advance_ratio: float, style: str | None, **values: Any) -> None:
-    """Exponents with bounds, lock and verdict at one advance ratio, and the simple model beside them."""
+    """Exponents, lock and verdict at one advance ratio.
+
+    Every exponent has its bound, and the simple model stands beside the exact one, mode by mode.
+    """
     from floquet import report
     from floquet.comparison import compare
 
@@ -234,7 +237,7 @@ def validity(
     files: tuple[str, ...], advance_ratio: float | None, style: str | None, tolerance: float, metric: str,
     modes: tuple[str, ...], mu_max: float, **values: Any,
 ) -> None:  # fmt: skip
-    """Where the simple model stops being valid, mode by mode, with the cause.
+    """Where the simple model stops being valid, and why.
 
     FILES are rotors (TOML), whose limits are computed, or the database of a study, whose limits are read.
     """
@@ -301,7 +304,10 @@ def _verdicts(rotors: Sequence[Rotor], advance_ratio: float, style: str | None, 
 @workers_flag
 @output_flags
 def run(file: str, output: str, resume: bool, dry_run: bool, workers: int | None, style: str | None) -> int:
-    """Run a study into a database; one that is stopped goes on with --resume."""
+    """Run a study into a database.
+
+    A run that is stopped keeps its finished parts and goes on with --resume.
+    """
     from floquet import report, study
 
     loaded = study.load_study(file)
@@ -337,7 +343,10 @@ def processors() -> int:
 @click.argument("folder")
 @click.option("-o", "--output", help="Database to write (left out: the folder's name without .parts).")
 def pack(folder: str, output: str | None) -> None:
-    """Check all parts of a study and make them one database: what a run does at its end."""
+    """Make one database of the parts of a study.
+
+    Every part is checked; this is what a run does at its end.
+    """
     from floquet import study
 
     target = output or folder.rstrip("/").removesuffix(".parts")
@@ -351,7 +360,10 @@ def pack(folder: str, output: str | None) -> None:
 @click.argument("files", nargs=-1, required=True)
 @output_file
 def merge(files: tuple[str, ...], output: str) -> None:
-    """Several databases as one; they must come from the same equations."""
+    """Several databases as one.
+
+    They must come from the same equations: the same engine and options.
+    """
     from floquet import study
 
     rows = study.merge(files, output)
@@ -361,7 +373,7 @@ def merge(files: tuple[str, ...], output: str) -> None:
 @command.command()
 @click.argument("file")
 def verify(file: str) -> int:
-    """Read everything in a database and hold it against its digests."""
+    """Hold everything in a database against its digests."""
     from floquet import store
 
     places = store.verify(file)
@@ -374,7 +386,10 @@ def verify(file: str) -> int:
 @output_file
 @table_flag
 def export(database: str, output: str, table: str) -> None:
-    """A table of a DATABASE as .csv, .parquet or .nc, by the ending of the output."""
+    """A table of a database as .csv, .parquet or .nc.
+
+    The ending of the output decides.
+    """
     from floquet import study
 
     say(f"wrote {study.export(database, output, table)}")
@@ -390,7 +405,10 @@ def export(database: str, output: str, table: str) -> None:
 @click.option("--limit", type=int, help="Number of rows.")
 @output_flags
 def query(database: str, style: str | None, columns: tuple[str, ...], **choice: Any) -> None:
-    """Rows of a DATABASE for which EXPRESSION holds, such as 'advance_ratio > 0.3 and lock_number < 6'."""
+    """Rows of a database for which an expression holds.
+
+    The EXPRESSION is a comparison of columns, such as 'advance_ratio > 0.3 and lock_number < 6'.
+    """
     from floquet import report
     from floquet.query import open_database
 
@@ -409,7 +427,10 @@ def query(database: str, style: str | None, columns: tuple[str, ...], **choice: 
 @click.option("--rotor", help="Name or number (left out: the first); a summary takes several, by commas.")
 @click.option("--dpi", type=float, default=200.0, show_default=True, help="Dots per inch of a .png.")
 def plot(database: str, kind: str, output: str, rotor: str | None, dpi: float) -> None:
-    """A figure of a DATABASE; KIND is root-locus, eigenvalues-vs-mu, error-vs-mu or validity-summary."""
+    """A figure of a database.
+
+    KIND is root-locus, eigenvalues-vs-mu, error-vs-mu or validity-summary.
+    """
     from floquet.plot import plot_database
 
     say(f"wrote {plot_database(database, kind, output, rotor, dpi=dpi)}")
@@ -422,7 +443,10 @@ def plot(database: str, kind: str, output: str, rotor: str | None, dpi: float) -
 @click.option("--resume", is_flag=True, help="Go on with a run that was stopped; keep a finished output.")
 @workers_flag
 def study(name: str | None, everything: bool, output: str | None, resume: bool, workers: int | None) -> int:
-    """Studies that come with the package: list them, run one by NAME, or run all."""
+    """List the studies of the package, or run them.
+
+    Without a NAME they are listed; with one, or with --all, they are run.
+    """
     from floquet import study as studies
 
     known = {path.stem: path for path in sorted(studies_folder().glob("*.toml"))}
