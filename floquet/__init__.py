@@ -37,7 +37,8 @@ two reals.
 Reading order, which is the order in which data flow (nothing imports against it)::
 
     errors, tomlfile, rotorfile, rotor → periodic → models → period_map → exponents → modes → comparison → validity
-                            → sweep → store → study → query → plot → report → cli
+                            → sweep → store → studyfile → study → export → query
+                            → plot → report → cli
 
 Names below are loaded when they are first used: ``import floquet`` itself loads no NumPy, SciPy, h5py or matplotlib.
 """

@@ -390,9 +390,9 @@ def export(database: str, output: str, table: str) -> None:
 
     The ending of the output decides.
     """
-    from floquet import study
+    from floquet.export import export as exported
 
-    say(f"wrote {study.export(database, output, table)}")
+    say(f"wrote {exported(database, output, table)}")
 
 
 @command.command()

@@ -252,7 +252,7 @@ class _Sink:
         size = len(left)
         try:
             self.file.seek(self.position)
-            while len(left) and self.error is None:
+            while len(left):
                 left = left[self.file.write(left) or 0 :]
         except OSError as error:
             self.error = self.error or error

@@ -1,4 +1,4 @@
-"""Studies: a TOML file → a plan; run, resume, pack, merge, export.
+"""Running studies: shards, resume, pack, merge.
 
 A running study is a folder beside its database, ``OUT.h5.parts``::
 
@@ -23,32 +23,19 @@ import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import BrokenExecutor, Executor, as_completed
 from dataclasses import dataclass, field
-from itertools import product
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import ConfigDict, Field
 
 from . import __version__, store
-from .comparison import Metric, Model
-from .errors import (
-    ConfigError,
-    DatabaseError,
-    FailedError,
-    FloquetError,
-    InputError,
-    Problem,
-    StorageError,
-    did_you_mean,
-)
-from .models import Physics
-from .rotor import PARAMETERS, Hub, Rotor, load_rotor
+from .errors import DatabaseError, FailedError, FloquetError, InputError, StorageError
+from .rotor import Hub
+from .studyfile import Study, load_study
 from .sweep import ENGINE, Plan, limit_rows, point_rows
-from .tomlfile import Table, read_toml
 
-__all__ = ["Estimate", "RunReport", "Study", "dry_run", "export", "load_study", "merge", "pack", "run"]
+__all__ = ["Estimate", "RunReport", "Study", "dry_run", "load_study", "merge", "pack", "run"]
 
 Progress = Callable[[int, int], None]
 Rows = dict[str, NDArray[Any]]
@@ -56,206 +43,6 @@ SHARDS = 32  # a study is cut into about so many, within these sizes:
 POINT_SHARD, LIMIT_SHARD = (250, 65536), (1, 1024)  # rows of points, designs
 BYTES_A_VALUE = 4.0  # of 8, after compression: measured on the validity study
 TABLE_ROWS: dict[str, Callable[[Plan, int, int], Rows]] = {"points": point_rows, "limits": limit_rows}
-
-
-# ---------------------------------------------------------------------- the study file
-class _Table(Table):
-    model_config = ConfigDict(populate_by_name=True)
-
-
-class Range(_Table):
-    """``{start = 0.0, stop = 1.0, count = 401}``, both ends included."""
-
-    start: float
-    stop: float
-    count: Annotated[int, Field(ge=1, le=10**7)]
-
-    def values(self) -> list[float]:
-        """The numbers."""
-        return [float(x) for x in np.linspace(self.start, self.stop, self.count)]
-
-
-Axis = Range | list[float]
-
-
-class StudyTable(_Table):
-    """``[study]``"""
-
-    name: str
-    schema_version: Literal[1] = Field(1, alias="schema")
-    title: str = ""
-
-
-class RotorsTable(_Table):
-    """``[rotors]``: any of files, list, grid and sobol; their rotors follow one another."""
-
-    files: list[str] = Field(default_factory=list)
-    rotors: list[dict[str, Any]] = Field(default_factory=list, alias="list")
-    grid: dict[str, Any] = Field(default_factory=dict)
-    sobol: dict[str, Any] = Field(default_factory=dict)
-
-
-class AxesTable(_Table):
-    """``[axes]``"""
-
-    advance_ratio: Axis
-
-
-class CompareTable(_Table):
-    """``[compare]``: model, physics, and what the limits are sought for."""
-
-    model: Literal["auto", "flapping", "teetering"] = "auto"
-    exact_offset: bool = False
-    reversed_flow: bool = False
-    tip_loss: float = 1.0
-    kinematic_rates: bool = False
-    tolerances: list[Annotated[float, Field(gt=0)]] = Field(default_factory=lambda: [0.05])
-    absolute_tolerances: list[Annotated[float, Field(gt=0)]] = Field(default_factory=list)
-    mu_max: Annotated[float, Field(gt=0)] = 1.0
-
-
-class StudyFile(_Table):
-    """A study file."""
-
-    study: StudyTable
-    rotors: RotorsTable
-    axes: AxesTable
-    compare: CompareTable = CompareTable()
-
-
-@dataclass(frozen=True, kw_only=True)
-class Study:
-    """A study: its name, its input and its plan."""
-
-    name: str
-    title: str
-    text: str
-    plan: Plan
-
-    @property
-    def id(self) -> str:
-        """Hash of everything that decides a number."""
-        plan, h = self.plan, hashlib.blake2b(digest_size=16)
-        options = {"engine": ENGINE, "model": plan.model, "mu_max": plan.mu_max, **plan.physics.as_dict()}
-        h.update(json.dumps([options, [[int(m), t] for m, t in plan.tolerances]], sort_keys=True).encode())
-        h.update(plan.advance_ratio.astype("<f8").tobytes())
-        for rotor in plan.rotors:
-            h.update(json.dumps([rotor.name, int(rotor.hub), rotor.blades, list(rotor.shape)]).encode())
-            for p in PARAMETERS:
-                h.update(np.asarray(getattr(rotor, p.name), "<f8").tobytes())
-        return h.hexdigest()
-
-
-def load_study(path: str | Path) -> Study:
-    """Read a study file; every problem at once, with its line."""
-    path = Path(path)
-    data = read_toml(path, StudyFile)
-    try:
-        compare = data.compare
-        model: Model | None = None if compare.model == "auto" else compare.model
-        physics = Physics(
-            exact_offset=compare.exact_offset,
-            reversed_flow=compare.reversed_flow,
-            tip_loss=compare.tip_loss,
-            kinematic_rates=compare.kinematic_rates,
-        )
-        tolerances = [(Metric.RELATIVE, t) for t in compare.tolerances] + [
-            (Metric.ABSOLUTE, t) for t in compare.absolute_tolerances
-        ]
-        mu = data.axes.advance_ratio
-        plan = Plan(
-            rotors=tuple(_rotors(data.rotors, path.parent)),
-            advance_ratio=np.array(_values(mu)),
-            model=model,
-            physics=physics,
-            tolerances=tuple(tolerances),
-            mu_max=compare.mu_max,
-        )
-    except ConfigError:
-        raise
-    except InputError as error:
-        raise ConfigError(path, [Problem(0, "", str(error))]) from error
-    return Study(
-        name=data.study.name,
-        title=data.study.title or data.study.name,
-        text=path.read_text(encoding="utf-8"),
-        plan=plan,
-    )
-
-
-def _values(axis: Axis) -> list[float]:
-    return axis.values() if isinstance(axis, Range) else axis
-
-
-def _rotors(table: RotorsTable, folder: Path) -> Iterator[Rotor]:
-    """The rotors of a study in the order files, list, grid, sobol."""
-    if not (table.files or table.rotors or table.grid or table.sobol):
-        raise InputError("[rotors] is empty: give files = [...], list = [...], grid = {...} or sobol = {...}")
-    for file in table.files:
-        yield load_rotor(folder / file)
-    for values in table.rotors:
-        yield _rotor(values)
-    if table.grid:
-        yield from _grid(table.grid)
-    if table.sobol:
-        yield _sobol(dict(table.sobol))
-
-
-def _rotor(values: Mapping[str, Any]) -> Rotor:
-    """A rotor from keys as they are written, hub as a word."""
-    fields = dict(values)
-    if isinstance(hub := fields.get("hub"), str):
-        known = [h.name.lower() for h in Hub]
-        if hub.lower() not in known:
-            raise InputError(f"hub {hub!r} is neither articulated nor teetering{did_you_mean(hub.lower(), known)}")
-        fields["hub"] = Hub[hub.upper()]
-    return Rotor(**fields)
-
-
-def _grid(grid: Mapping[str, Any]) -> Iterator[Rotor]:
-    """The outer product of the axes, the last one fastest; one Rotor a number of blades and hub."""
-    axes = {name: _axis(name, value) for name, value in grid.items()}
-    outer = {n: axes.pop(n) for n in ("hub", "blades") if n in axes}
-    mesh = np.meshgrid(*[np.array(v, float) for v in axes.values()], indexing="ij") if axes else []
-    values = {name: m.ravel() for name, m in zip(axes, mesh, strict=True)}
-    for chosen in product(*outer.values()):
-        yield _rotor(dict(zip(outer, chosen, strict=True)) | values)
-
-
-def _axis(name: str, value: Any) -> list[Any]:
-    if isinstance(value, dict):
-        return (
-            Range.model_validate(value).values() if set(value) == {"start", "stop", "count"} else _no_axis(name, value)
-        )
-    return list(value) if isinstance(value, list) and value else [value]
-
-
-def _no_axis(name: str, value: Any) -> list[Any]:
-    raise InputError(
-        f"rotors.grid.{name}: {value!r} is no axis: give {{start = …, stop = …, count = …}} or a list of values"
-    )
-
-
-def _sobol(spec: dict[str, Any]) -> Rotor:
-    """Sobol points in a box, scrambled with a seed."""
-    from scipy.stats import qmc
-
-    count, seed = spec.pop("count", 0), spec.pop("seed", 0)
-    fixed = {k: spec.pop(k) for k in ("hub", "blades") if k in spec}
-    if not (isinstance(count, int) and count > 0 and count & (count - 1) == 0 and isinstance(seed, int)):
-        raise InputError(
-            f"rotors.sobol: count = {count!r} is no power of two above 0 (with a whole seed): "
-            "Sobol points keep their balance only so"
-        )
-    bounds = {}
-    for name, value in spec.items():
-        if not (isinstance(value, list) and len(value) == 2 and value[0] < value[1]):
-            raise InputError(f"rotors.sobol.{name}: {value!r} is no interval: give [low, high]")
-        bounds[name] = value
-    unit = qmc.Sobol(len(bounds), scramble=True, rng=np.random.default_rng(seed)).random(count)
-    return _rotor(
-        fixed | {name: low + (high - low) * unit[:, i] for i, (name, (low, high)) in enumerate(bounds.items())}
-    )
 
 
 # ---------------------------------------------------------------------- shards
@@ -562,6 +349,8 @@ def pack(folder: str | Path, out: str | Path) -> dict[str, int]:
     """Check all shards of a study's folder and write them as one database; the rows of each table."""
     folder = Path(folder)
     journal = folder / "study.json"
+    if Path(out).exists():
+        raise InputError(f"{out} is there already: choose another name or move it away")
     if not journal.is_file():
         raise DatabaseError(
             folder, "this is not the folder of a study: pack takes OUT.h5.parts, which floquet run leaves when it stops"
@@ -668,60 +457,3 @@ def merge(paths: Sequence[str | Path], out: str | Path) -> dict[str, int]:
 def _designs(file: store.File) -> int:
     """How many rotors a database has."""
     return max((int(r["rotor"].max()) + 1 for _, r in file.chunks("points", ["rotor"])), default=0)
-
-
-# ---------------------------------------------------------------------- ways out
-def export(path: str | Path, out: str | Path, table: str = "points") -> Path:
-    """Write a table as .csv, .parquet or .nc (by the ending of ``out``), flags as their words in CSV."""
-    out = Path(out)
-    kinds = {".csv": _to_csv, ".parquet": _to_parquet, ".nc": _to_netcdf}
-    if out.suffix not in kinds:
-        raise InputError(
-            f"{out}: {out.suffix or 'no ending'} is no format of export{did_you_mean(out.suffix, kinds)}; "
-            "end the name in .csv, .parquet or .nc"
-        )
-    with store.open_file(path) as file, store.atomic(out) as temporary:
-        kinds[out.suffix](file, table, temporary)
-    return out
-
-
-def _to_csv(file: store.File, table: str, out: Path) -> None:
-    import csv
-
-    columns = store.stored_variables(file.columns(table))
-    with out.open("w", newline="", encoding="utf-8") as target:
-        writer = csv.writer(target)
-        writer.writerow(columns)
-        for _, rows in file.chunks(table, list(columns)):
-            words = {
-                n: [f.get(v, v) for v in rows[n].tolist()] if (f := c.flags) else rows[n].tolist()
-                for n, c in columns.items()
-            }
-            writer.writerows(zip(*words.values(), strict=True))
-
-
-def _to_parquet(file: store.File, table: str, out: Path) -> None:
-    try:
-        import pyarrow as pa
-        import pyarrow.parquet as pq
-    except ImportError:
-        raise InputError("export to Parquet needs pyarrow: install floquet-rotor[export]") from None
-    columns = list(store.stored_variables(file.columns(table)))
-    writer = None
-    for _, rows in file.chunks(table, columns):
-        batch = pa.table(rows)
-        writer = writer or pq.ParquetWriter(out, batch.schema)
-        writer.write_table(batch)
-    if writer is not None:
-        writer.close()
-
-
-def _to_netcdf(file: store.File, table: str, out: Path) -> None:
-    try:
-        import xarray
-    except ImportError:
-        raise InputError("export to netCDF needs xarray and h5netcdf: install floquet-rotor[export]") from None
-    with xarray.open_dataset(file.path, group=table, engine="h5netcdf") as data:
-        data.assign_attrs({k: v for k, v in file.attributes.items() if isinstance(v, str | int | float)}).to_netcdf(
-            out, engine="h5netcdf"
-        )

@@ -257,4 +257,22 @@ roots = (
     ),
 )
 
-FAULTS: tuple[Mutant, ...] = (*coefficients, *structure, *physics, *branch, *bounds, *pairing, *roots)
+STORE, STUDY, QUERY = "floquet/store.py", "floquet/study.py", "floquet/query.py"
+KEPT, RUNS, ASKED = "tests/test_store.py", "tests/test_study.py", "tests/test_query.py"
+SYNC, RENAME = "        _sync(temporary)\n", "        os.replace(temporary, path)\n"
+storage = (
+    Mutant("digest not checked", STORE, "if _digest(part) != digests", "if False and _digest(part) != digests", KEPT),
+    Mutant("rename before fsync", STORE, SYNC + RENAME, RENAME + SYNC.replace("temporary", "path"), KEPT),
+    Mutant("no fsync", STORE, SYNC + RENAME, RENAME, KEPT),
+    Mutant("schema digest not checked", STORE, "        if not sound:\n", "        if False:\n", KEPT),
+    Mutant("newer schema read", STORE, "> SCHEMA[0]:", "> SCHEMA[0] + 1:", KEPT),
+    Mutant("write error forgotten", STORE, "if self.error is not None:", "if False:", KEPT),
+    Mutant("imaginary part lost", STORE, "out.real, out.imag = real, imaginary", "out.real, out.imag = real, 0", KEPT),
+    Mutant("damaged shards kept", STUDY, "and not any(True for _ in file.damaged())", "", RUNS),
+    Mutant("another study's folder", STUDY, '.get("study_id") != study.id:', '.get("study_id") == "":', RUNS),
+    Mutant("parts packed unfinished", STUDY, "    if missing:\n", "    if False:\n", RUNS),
+    Mutant("rotors not numbered on", STORE, "np.int32(rotor_offset)", "np.int32(0)", RUNS),
+    Mutant("names of a query unchecked", QUERY, "        if name in self.dtypes:\n", "        if True:\n", ASKED),
+)
+
+FAULTS: tuple[Mutant, ...] = (*coefficients, *structure, *physics, *branch, *bounds, *pairing, *roots, *storage)
