@@ -257,7 +257,7 @@ roots = (
     ),
 )
 
-STORE, STUDY, QUERY = "floquet/store.py", "floquet/study.py", "floquet/query.py"
+STORE, STUDY, QUERY = "floquet/store.py", "floquet/study.py", "floquet/query/language.py"
 KEPT, RUNS, ASKED = "tests/test_store.py", "tests/test_study.py", "tests/test_query.py"
 SYNC, RENAME = "        _sync(temporary)\n", "        os.replace(temporary, path)\n"
 storage = (

@@ -19,7 +19,7 @@ import pytest
 
 from floquet import query, store
 from floquet.errors import DatabaseError, QueryError
-from floquet.query import Database, Interval, Predicate, Scope, compile_expression, open_database
+from floquet.query import Database, Interval, Predicate, Scope, compile_expression, intervals, language, open_database
 
 ROOT = Path(__file__).parents[1]
 
@@ -541,8 +541,15 @@ def test_intervals_bound_every_operation() -> None:
     g = np.random.default_rng(17)
     ends = np.array([-np.inf, -1e308, -3.5, -1.0, -1e-310, 0.0, 5e-324, 0.1, 1.0, 2.0, 7.0, 1e200, np.inf])
     exponents = (0.0, 1.0, 2.0, 3.0, -1.0, -2.0, 0.5, -0.5, 1e3, np.inf, -np.inf, 2.5)
-    powers = [query.Operation(lambda x, e=e: np.power(x, e), lambda a, e=e: query._power(a, e), 1) for e in exponents]
-    operations = [*query.ARITHMETIC.values(), *query.COMPARISONS.values(), *query.FUNCTIONS.values(), *powers]
+    powers = [
+        intervals.Operation(lambda x, e=e: np.power(x, e), lambda a, e=e: intervals.power(a, e), 1) for e in exponents
+    ]
+    operations = [
+        *intervals.ARITHMETIC.values(),
+        *intervals.COMPARISONS.values(),
+        *intervals.FUNCTIONS.values(),
+        *powers,
+    ]
 
     def draw() -> tuple[Interval, Any]:
         low, high = np.sort(g.choice(ends, 2) if g.random() < 0.7 else g.choice(ends, 1).repeat(2))
@@ -588,7 +595,7 @@ def test_bounds_are_tight_at_their_ends() -> None:
     }.items():
         predicate = compile_expression(text, SCOPE)
         assert predicate.skip({"rotor": 2, "lock": 2.0}, {"rotor": 3, "lock": 3.0}) is skipped, text
-    cube = query._power(Interval(2.0, 3.0), 3.0)
+    cube = intervals.power(Interval(2.0, 3.0), 3.0)
     assert 8 - 1e-10 < cube.low < 8 - 1e-12 and 27 + 1e-12 < cube.high < 27 + 1e-10
 
 
@@ -831,7 +838,7 @@ def test_a_file_answers_as_its_arrays_do(stored: tuple[Path, dict[str, Any], dic
 
 def test_the_default_columns_are_columns_of_the_schema() -> None:
     for table, names in query.DEFAULT_COLUMNS.items():
-        assert set(names) - {query.ROTOR_NAME} <= set(store.TABLES[table])
+        assert set(names) - {language.ROTOR_NAME} <= set(store.TABLES[table])
 
 
 def test_chunks_of_a_file_are_skipped_by_their_stored_ranges(
@@ -915,9 +922,9 @@ def test_the_refusals_of_the_page_are_what_is_said() -> None:
 
 def test_the_page_names_every_function_and_operator() -> None:
     for word in [
-        *query.FUNCTIONS,
-        *query.COMPARISONS,
-        *query.KEYWORDS,
+        *intervals.FUNCTIONS,
+        *intervals.COMPARISONS,
+        *language.KEYWORDS,
         "**",
         "inf",
         f"{query.MAX_LENGTH:_}".replace("_", " "),

@@ -1,51 +1,39 @@
-"""A safe expression → rows: a small language over the columns of a database, streamed in bounded memory.
-
-The language, loosest first::
-
-    or    and    not    < <= > >= == !=, chained    in (…), not in (…)    + -    * /    unary + -    **
-
-with numbers (``1e-3``, ``inf``), column names, words in quotes, parentheses, and the functions abs, min, max, sqrt,
-isnan and isfinite. It is a subset of Python's grammar, with Python's precedence; ``&`` and ``|`` are refused, because
-in Python they bind tighter than a comparison. Three kinds of value never mix: numbers, truth values and words (the flag
-columns such as ``verdict``; ``rotor`` is a number that may also be compared with a rotor's name). A complex column is
-reachable by its parts, NAME_re and NAME_im.
-
-Arithmetic is float64 as in NumPy. So are comparisons with nan: ``<``, ``<=``, ``>``, ``>=``, ``==`` and ``in`` are
-false, and ``!=`` is **true**, like ``not (… == …)``; ``isfinite(x)`` leaves a row without a value out, ``isnan(x)``
-finds it.
+"""Text → a checked tree: grammar, names, kinds and limits, each refusal with its column.
 
 An expression is parsed by an LALR grammar and checked (names, kinds, length, depth) before a row is read; nothing of it
-reaches ``eval``. Each node of the tree has two readings, ``value`` over the columns of a chunk and ``bounds`` over
-their stored ranges (interval arithmetic), and a chunk is skipped only when the bounds of the tree exclude "true"::
-
-    holds(chunk) = value(columns)        skip(minima, maxima) = bounds([minimum, maximum] ∪ {nan}).high < 1
-
-Rounding is monotone, so the ends of an interval bound every row's result of + - * / sqrt to the last bit; powers are
-widened by 1e-12.
+reaches ``eval``.
 """
 
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from contextlib import ExitStack
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from enum import Enum
-from functools import cache, cached_property, partial, reduce
+from functools import cache, partial
 from itertools import islice
-from pathlib import Path
-from types import TracebackType
-from typing import Any, NamedTuple, Protocol, TypeAlias
+from typing import Any, Protocol, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
-from floquet.errors import DatabaseError, QueryError, did_you_mean
+from floquet.errors import QueryError, did_you_mean
+from floquet.query.intervals import (
+    ALL,
+    ANY,
+    ARITHMETIC,
+    COMPARISONS,
+    FUNCTIONS,
+    MAX_LENGTH,
+    NOT,
+    UNKNOWN,
+    Interval,
+    Operation,
+    among,
+    negate,
+    power,
+)
 
-__all__ = ["Database", "open_database", "MAX_LENGTH", "MAX_DEPTH"]
-
-MAX_LENGTH = 10_000
-"""Characters in an expression."""
 MAX_DEPTH = 64
 """Levels of parentheses, and of the parsed tree."""
 
@@ -64,181 +52,6 @@ class Column(Protocol):
     def long_name(self) -> str: ...
     @property
     def flags(self) -> Mapping[int, str] | None: ...
-
-
-class Reader(Protocol):
-    """What a query needs of an open file; ``floquet.store.open_file`` gives it."""
-
-    @property
-    def names(self) -> Sequence[str]: ...
-    @property
-    def attributes(self) -> Mapping[str, Any]: ...
-    @property
-    def tables(self) -> Sequence[str]: ...
-    def columns(self, table: str) -> Mapping[str, Any]: ...
-    def rows(self, table: str) -> int: ...
-    def chunks(
-        self,
-        table: str,
-        columns: Sequence[str],
-        start: int = 0,
-        stop: int | None = None,
-        skip: Callable[[Mapping[str, Any], Mapping[str, Any]], bool] | None = None,
-    ) -> Iterator[tuple[int, Rows]]: ...
-
-
-# --- intervals: what can a node be, when its columns lie between a chunk's minima and maxima? -------------------------
-
-
-class Interval(NamedTuple):
-    """Every value lies in [low, high], or is nan where ``nan`` says so; truth values lie in [0, 1]."""
-
-    low: float
-    high: float
-    nan: bool = False
-
-
-UNKNOWN = Interval(-np.inf, np.inf, True)
-_HUGE = float(np.finfo(float).max)
-
-
-def _hull(corners: Sequence[float], nan: bool) -> Interval:
-    """The interval of its corners, nan inside where an end is infinite; a corner inf − inf or 0 · inf says nothing."""
-    if np.isnan(corners).any():
-        return UNKNOWN
-    return Interval(min(corners), max(corners), nan or bool(np.isinf(corners).any()))
-
-
-def _add(a: Interval, b: Interval) -> Interval:
-    return _hull((a.low + b.low, a.high + b.high), a.nan or b.nan)
-
-
-def _subtract(a: Interval, b: Interval) -> Interval:
-    return _hull((a.low - b.high, a.high - b.low), a.nan or b.nan)
-
-
-def _multiply(a: Interval, b: Interval) -> Interval:
-    return _hull([x * y for x in a[:2] for y in b[:2]], a.nan or b.nan)
-
-
-def _divide(a: Interval, b: Interval) -> Interval:
-    if b.low <= 0 <= b.high:
-        return UNKNOWN
-    return _hull([np.divide(x, y) for x in a[:2] for y in b[:2]], a.nan or b.nan)
-
-
-def _negate(a: Interval) -> Interval:
-    return Interval(-a.high, -a.low, a.nan)
-
-
-def _absolute(a: Interval) -> Interval:
-    ends = abs(a.low), abs(a.high)
-    return Interval(0.0 if a.low <= 0 <= a.high else min(ends), max(ends), a.nan)
-
-
-def _root(a: Interval) -> Interval:
-    return Interval(np.sqrt(a.low), np.sqrt(a.high), a.nan) if a.low >= 0 else UNKNOWN
-
-
-def _power(a: Interval, exponent: float) -> Interval:
-    """Monotone on positive numbers, and for odd natural exponents; even ones go by |x|; the rest is unknown."""
-    natural = exponent > 0 and float(exponent).is_integer()
-    if natural and exponent % 2 == 0:
-        a = _absolute(a)
-    if not (a.low > 0 or (a.low == 0 and exponent > 0) or natural):
-        return UNKNOWN
-    return _widened(_hull([np.power(end, exponent) for end in np.array(a[:2])], a.nan))
-
-
-def _widened(a: Interval) -> Interval:
-    """Room for the last bits of a power, which no two implementations share."""
-    low, high = min(a.low, _HUGE), max(a.high, -_HUGE)
-    return Interval(low - abs(low) * 1e-12 - 1e-300, high + abs(high) * 1e-12 + 1e-300, a.nan)
-
-
-def _least(*args: Interval) -> Interval:
-    return Interval(min(a.low for a in args), min(a.high for a in args), any(a.nan for a in args))
-
-
-def _greatest(*args: Interval) -> Interval:
-    return Interval(max(a.low for a in args), max(a.high for a in args), any(a.nan for a in args))
-
-
-def _truth(certain: Any, possible: Any) -> Interval:
-    return Interval(float(bool(certain)), float(bool(possible)))
-
-
-def _not(a: Interval) -> Interval:
-    return Interval(1.0 - a.high, 1.0 - a.low)
-
-
-def _less(a: Interval, b: Interval) -> Interval:
-    return _truth(not (a.nan or b.nan) and a.high < b.low, a.low < b.high)
-
-
-def _less_equal(a: Interval, b: Interval) -> Interval:
-    return _truth(not (a.nan or b.nan) and a.high <= b.low, a.low <= b.high)
-
-
-def _equal(a: Interval, b: Interval) -> Interval:
-    return _truth(not (a.nan or b.nan) and a.low == a.high == b.low == b.high, a.low <= b.high and b.low <= a.high)
-
-
-def _among(values: Sequence[float], a: Interval) -> Interval:
-    """x in (values): certain where x is one number, possible where one of them lies between the ends."""
-    inside = any(a.low <= v <= a.high for v in values)
-    return _truth(inside and a.low == a.high and not a.nan, inside)
-
-
-def _is_nan(a: Interval) -> Interval:
-    return _truth(False, a.nan)
-
-
-def _is_finite(a: Interval) -> Interval:
-    return _truth(not a.nan and np.isfinite(a.high - a.low), a.low < np.inf and a.high > -np.inf)
-
-
-class Operation(NamedTuple):
-    """One operation, over arrays and over intervals, and how many arguments it takes."""
-
-    value: Callable[..., Any]
-    bounds: Callable[..., Interval]
-    least: int = 2
-    most: int = 2
-
-
-def _swapped(function: Callable[[Interval, Interval], Interval]) -> Callable[[Interval, Interval], Interval]:
-    return lambda a, b: function(b, a)
-
-
-ARITHMETIC = {
-    "+": Operation(np.add, _add),
-    "-": Operation(np.subtract, _subtract),
-    "*": Operation(np.multiply, _multiply),
-    "/": Operation(np.divide, _divide),
-}
-COMPARISONS = {
-    "<": Operation(np.less, _less),
-    "<=": Operation(np.less_equal, _less_equal),
-    ">": Operation(np.greater, _swapped(_less)),
-    ">=": Operation(np.greater_equal, _swapped(_less_equal)),
-    "==": Operation(np.equal, _equal),
-    "!=": Operation(np.not_equal, lambda a, b: _not(_equal(a, b))),
-}
-FUNCTIONS = {
-    "abs": Operation(np.abs, _absolute, 1, 1),
-    "min": Operation(lambda *args: reduce(np.minimum, args), _least, 2, MAX_LENGTH),
-    "max": Operation(lambda *args: reduce(np.maximum, args), _greatest, 2, MAX_LENGTH),
-    "sqrt": Operation(np.sqrt, _root, 1, 1),
-    "isnan": Operation(np.isnan, _is_nan, 1, 1),
-    "isfinite": Operation(np.isfinite, _is_finite, 1, 1),
-}
-NOT = Operation(np.logical_not, _not, 1, 1)
-ALL = Operation(lambda *args: reduce(np.logical_and, args), _least)
-ANY = Operation(lambda *args: reduce(np.logical_or, args), _greatest)
-
-
-# --- the checked tree -------------------------------------------------------------------------------------------------
 
 
 class Kind(Enum):
@@ -309,7 +122,7 @@ class Scope:
             return name
         if name in self.complex_names:
             raise QueryError(f"{name} is complex; write {name}_re or {name}_im", expression, at)
-        raise QueryError(f"{_short(name)!r} is no column of this table{self._hint(name)}", expression, at)
+        raise QueryError(f"{short(name)!r} is no column of this table{self._hint(name)}", expression, at)
 
     def _hint(self, name: str) -> str:
         if name.lower() in KEYWORDS:
@@ -330,8 +143,8 @@ class Scope:
             return found
         near = did_you_mean(node.word, [word for _, word in islice(words, 1000)])
         near = near or did_you_mean(node.word.lower(), [word.lower() for _, word in islice(words, 1000)])
-        listed = ", ".join(_short(word) for _, word in words[:8]) + (", …" if len(words) > 8 else "")
-        sentence = f"{_short(node.word)!r} is no word of {name}, which has {listed}"
+        listed = ", ".join(short(word) for _, word in words[:8]) + (", …" if len(words) > 8 else "")
+        sentence = f"{short(node.word)!r} is no word of {name}, which has {listed}"
         raise QueryError(sentence + near, expression, node.at)
 
 
@@ -348,7 +161,7 @@ _KNOWN = {
 }
 
 
-def _short(text: str) -> str:
+def short(text: str) -> str:
     return text if len(text) <= 40 else text[:39] + "…"
 
 
@@ -387,14 +200,14 @@ class Compiler:
 
     def _example(self, name: str) -> str:
         words = self.scope.words.get(name, ())
-        return f'{name} == "{_short(words[0][1])}"' if words else f"{name} == 0"
+        return f'{name} == "{short(words[0][1])}"' if words else f"{name} == 0"
 
     # leaves
 
     def _number(self, token: Any) -> Node:
         number, at = np.float64(token), _at(token)
         if np.isinf(number):
-            raise self._fail(f"{_short(token)} is beyond the largest number, 1.8e308; write inf for infinity", at)
+            raise self._fail(f"{short(token)} is beyond the largest number, 1.8e308; write inf for infinity", at)
         return self._constant(number, at)
 
     def _constant(self, number: Any, at: int) -> Node:
@@ -448,7 +261,7 @@ class Compiler:
     def _signed(self, tree: Any) -> Node:
         sign, operand = tree.children
         node = self._need(Kind.NUMBER, self(operand))
-        return _apply(Operation(np.negative, _negate), Kind.NUMBER, _at(sign), [node]) if sign == "-" else node
+        return _apply(Operation(np.negative, negate), Kind.NUMBER, _at(sign), [node]) if sign == "-" else node
 
     def _power(self, tree: Any) -> Node:
         base, exponent = (self._need(Kind.NUMBER, self(child)) for child in tree.children)
@@ -456,13 +269,13 @@ class Compiler:
             raise self._fail("the exponent after ** is a number, as in lock_number ** 2", exponent.at)
         with np.errstate(all="ignore"):
             number = exponent.value({})
-        operation = Operation(lambda x: np.power(x, number), lambda a: _power(a, number))
+        operation = Operation(lambda x: np.power(x, number), lambda a: power(a, number))
         return _apply(operation, Kind.NUMBER, base.at, [base])
 
     def _call(self, tree: Any) -> Node:
         name, at = str(tree.children[0]), _at(tree.children[0])
         if name not in FUNCTIONS:
-            raise self._fail(f"{_short(name)!r} is no function; there are {', '.join(FUNCTIONS)}", at)
+            raise self._fail(f"{short(name)!r} is no function; there are {', '.join(FUNCTIONS)}", at)
         function, count = FUNCTIONS[name], len(tree.children) - 1
         if not function.least <= count <= function.most:
             rule = "one argument" if function.most == 1 else "two or more arguments"
@@ -535,7 +348,7 @@ class Compiler:
 
     def _isin(self, node: Node, values: Sequence[float]) -> Node:
         members = np.array([v for v in values if not np.isnan(v)], dtype=float)
-        operation = Operation(lambda x: np.isin(x, members), partial(_among, members.tolist()))
+        operation = Operation(lambda x: np.isin(x, members), partial(among, members.tolist()))
         return _apply(operation, Kind.TRUTH, node.at, [node])
 
 
@@ -566,8 +379,6 @@ class Predicate:
         with np.errstate(all="ignore"):
             return self.node.bounds(ranges).high < 1
 
-
-# --- text → tree ------------------------------------------------------------------------------------------------------
 
 GRAMMAR = r"""
 ?start: either
@@ -699,7 +510,7 @@ def _stranger(character: str) -> str:
 
 def _misplaced(error: Any, before: str, ended: bool) -> str:
     """A sentence for a token at the wrong place: a value was due, or an operator."""
-    token, due = _short(str(error.token)), error.expected
+    token, due = short(str(error.token)), error.expected
     if "NUMBER" in due and ended:
         return "the expression ends where a column, a number or a word in quotes is due"
     if "NUMBER" in due and token == ")" and before.rstrip().endswith("("):
@@ -715,245 +526,3 @@ def _misplaced(error: Any, before: str, ended: bool) -> str:
     if error.token.type in ("COMPARE", "IN", "NOT", "SIGN", "SCALE", "_POWER"):
         return f"{token!r} cannot follow what stands before it; join comparisons with and, or"
     return f"{token!r} follows without an operator; join comparisons with and, or"
-
-
-# --- rows -------------------------------------------------------------------------------------------------------------
-
-DEFAULT_COLUMNS = {
-    "points": (
-        ROTOR, ROTOR_NAME, "advance_ratio", "lock_number", "hinge_offset", "pitch_flap_coupling", "verdict", "lock",
-        "error_regressing", "error_coning", "error_advancing",
-    ),
-    "limits": (
-        ROTOR, ROTOR_NAME, "lock_number", "hinge_offset", "pitch_flap_coupling", "mode", "metric", "tolerance", "limit",
-        "cause", "lock",
-    ),
-}  # fmt: skip
-"""What a query returns when no columns are named, followed by the columns its expression and its sort name."""
-
-
-class Best:
-    """The first ``limit`` rows in the order of a key, from pieces that arrive in file order: stable, nan last.
-
-    At most 2 ``limit`` rows and one piece are kept; once ``limit`` rows are there, ``admits`` drops a row that comes no
-    earlier than the last of them.
-    """
-
-    def __init__(self, key: str, descending: bool, limit: int | None) -> None:
-        self.key, self.descending, self.limit = key, descending, limit
-        self._pieces: list[Rows] = []
-        self._rows = 0
-        self._worst: Any = None
-
-    def _keys(self, rows: Rows) -> Array:
-        keys = np.asarray(rows[self.key], dtype=float)
-        return -keys if self.descending else keys
-
-    def admits(self, rows: Rows) -> Array:
-        keys = self._keys(rows)
-        if self._worst is None:
-            return np.ones(keys.shape, dtype=bool)
-        admitted: Array = ~(keys >= self._worst) & ~np.isnan(keys)
-        return admitted
-
-    def add(self, rows: Rows) -> None:
-        self._pieces.append(rows)
-        self._rows += len(rows[self.key])
-        if self.limit is not None and self._rows >= 2 * self.limit:
-            self.result()
-
-    def result(self) -> Rows:
-        rows = _joined(self._pieces)
-        order = np.argsort(self._keys(rows), kind="stable")[: self.limit]
-        rows = {name: values[order] for name, values in rows.items()}
-        self._pieces, self._rows = [rows], len(order)
-        if self.limit and len(order) == self.limit:
-            self._worst = self._keys(rows)[-1]
-        return rows
-
-
-def _joined(pieces: Sequence[Rows]) -> Rows:
-    return {name: np.concatenate([piece[name] for piece in pieces]) for name in pieces[0]}
-
-
-def _first(pieces: Iterable[Rows], limit: int | None) -> Rows:
-    """The first rows in file order; reading stops when they are there."""
-    kept, rows = [], 0
-    for piece in pieces:
-        kept.append(piece)
-        rows += len(next(iter(piece.values())))
-        if limit is not None and rows >= limit:
-            break
-    return {name: values[:limit] for name, values in _joined(kept).items()}
-
-
-class Database:
-    """An open database: ``with open_database("validity.h5") as db: db.query("advance_ratio > 0.3")``."""
-
-    def __init__(self, path: str | Path, reader: Reader, closing: ExitStack | None = None) -> None:
-        self.path = str(path)
-        self._open: Reader | None = reader
-        self._closing = closing or ExitStack()
-
-    def __enter__(self) -> Database:
-        return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        self.close()
-
-    def __repr__(self) -> str:
-        return f"Database({self.path!r})"
-
-    def close(self) -> None:
-        """Close the file; a second time does nothing."""
-        self._open = None
-        self._closing.close()
-
-    @property
-    def _reader(self) -> Reader:
-        if self._open is None:
-            raise DatabaseError(self.path, "the database is closed; open it again with open_database")
-        return self._open
-
-    @cached_property
-    def names(self) -> tuple[str, ...]:
-        """The names of the rotors, which the column ``rotor`` counts; empty if they have none."""
-        return tuple(map(str, self._reader.names))
-
-    @property
-    def attributes(self) -> dict[str, Any]:
-        """What the file says about itself: title, history, source, study."""
-        return dict(self._reader.attributes)
-
-    @property
-    def tables(self) -> tuple[str, ...]:
-        return tuple(self._reader.tables)
-
-    def _table(self, table: str) -> str:
-        if table not in self.tables:
-            name, present = str(table), ", ".join(self.tables)
-            raise QueryError(f"{_short(name)!r} is no table; this file has {present}{did_you_mean(name, self.tables)}")
-        return table
-
-    def columns(self, table: str = "points") -> dict[str, Any]:
-        """Name → column (dtype, units, long_name, flags) in the order of the file; complex columns once."""
-        return dict(self._reader.columns(self._table(table)))
-
-    def rows(self, table: str = "points") -> int:
-        return int(self._reader.rows(self._table(table)))
-
-    def describe(self, table: str = "points") -> list[tuple[str, str, str]]:
-        """(name, units, long name) of every column."""
-        return [(name, column.units, column.long_name) for name, column in self.columns(table).items()]
-
-    def limits(self, expression: str = "", **options: Any) -> Rows:
-        """``query`` on the table of limits."""
-        return self.query(expression, table="limits", **options)
-
-    def query(
-        self,
-        expression: str = "",
-        *,
-        table: str = "points",
-        columns: str | Sequence[str] | None = None,
-        sort: str | None = None,
-        descending: bool = False,
-        limit: int | None = None,
-    ) -> Rows:
-        """The rows for which ``expression`` holds (all, if it is empty), as one array a column.
-
-        ``columns`` names what is returned, complex columns by their name or by their parts; None is a short list for
-        printing and the columns that ``expression`` and ``sort`` name, "*" is all of them. ``rotor_name`` stands
-        beside the index ``rotor`` (an empty text where a rotor has no name). ``sort`` is stable, with nan last in both
-        directions; ``limit`` is the number of rows, after sorting. Memory holds a chunk and the answer.
-        """
-        present = self.columns(table)
-        scope = Scope.of(present, self.names)
-        predicate = compile_expression(expression, scope)
-        key = () if sort is None else (scope.check(str(sort)),)
-        wanted = self._wanted(table, columns, present, scope, (*predicate.names, *key))
-        limit = _checked_limit(limit)
-        best = Best(key[0], bool(descending), limit) if key else None
-        read = [ROTOR if name == ROTOR_NAME else name for name in wanted]
-        pieces = self._pieces(table, predicate, list(dict.fromkeys([*read, *key])), best, limit)
-        if best is None:
-            found = _first(pieces, limit)
-        else:
-            for piece in pieces:
-                best.add(piece)
-            found = best.result()
-        return {name: self._named(found[ROTOR]) if name == ROTOR_NAME else found[name] for name in wanted}
-
-    def _wanted(
-        self,
-        table: str,
-        columns: str | Sequence[str] | None,
-        present: Mapping[str, Column],
-        scope: Scope,
-        used: Sequence[str],
-    ) -> list[str]:
-        named = (ROTOR_NAME,) if ROTOR in present else ()
-        if columns is None:
-            short = [*DEFAULT_COLUMNS.get(table, present), *used]
-            known = {*present, *(named if self.names else ())}
-            return list(dict.fromkeys(name for name in short if name in known or name in used))
-        wanted: dict[str, None] = {}
-        for name in [columns] if isinstance(columns, str) else columns:
-            if name == "*":
-                wanted |= dict.fromkeys([*present, *named])
-            else:
-                wanted[name if name in present or name in named else scope.check(str(name))] = None
-        if not wanted:
-            raise QueryError('no columns are asked for; name some, or "*" for all')
-        return list(wanted)
-
-    def _pieces(
-        self, table: str, predicate: Predicate, read: Sequence[str], best: Best | None, limit: int | None
-    ) -> Iterator[Rows]:
-        """Chunk by chunk the rows that hold; the columns that are not tested are read only where a row does."""
-        early = list(dict.fromkeys([*predicate.names, *([best.key] if best else [])])) or list(read)
-        late = [name for name in read if name not in early]
-        yield self._nothing(table, read)
-        if limit == 0:
-            return
-        for start, chunk in self._reader.chunks(table, early, skip=predicate.skip):
-            rows = len(chunk[early[0]])
-            hits = np.flatnonzero(predicate.holds(chunk, rows))
-            found = {name: chunk[name][hits] for name in early}
-            if best is not None:
-                admitted = best.admits(found)
-                hits, found = hits[admitted], {name: values[admitted] for name, values in found.items()}
-            if not hits.size:
-                continue
-            if late:
-                beside = _joined([part for _, part in self._reader.chunks(table, late, start, start + rows)])
-                found |= {name: values[hits] for name, values in beside.items()}
-            yield {name: found[name] for name in read}
-
-    def _nothing(self, table: str, read: Sequence[str]) -> Rows:
-        """No row, in the right dtypes."""
-        present = self.columns(table)
-        return {name: np.empty(0, np.dtype(present[name].dtype) if name in present else float) for name in read}
-
-    def _named(self, rotor: Array) -> Array:
-        """The names of rotor indices; an index without a name gives an empty string."""
-        names = np.array([*self.names, ""], dtype=object)
-        return names[np.where((rotor >= 0) & (rotor < len(self.names)), rotor, len(self.names))]
-
-
-def _checked_limit(limit: object) -> int | None:
-    if limit is None:
-        return None
-    if isinstance(limit, bool) or not isinstance(limit, int | np.integer) or limit < 0:
-        raise QueryError(f"limit is a number of rows, 0 or more, and {_short(repr(limit))} was given")
-    return int(limit)
-
-
-def open_database(path: str | Path) -> Database:
-    """Open a database for reading; close it, or use it in a ``with`` statement."""
-    from floquet import store
-
-    closing = ExitStack()
-    return Database(path, closing.enter_context(store.open_file(path)), closing)

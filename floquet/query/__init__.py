@@ -1,0 +1,323 @@
+"""A safe expression → rows: a small language over the columns of a database, streamed in bounded memory.
+
+The language, loosest first::
+
+    or    and    not    < <= > >= == !=, chained    in (…), not in (…)    + -    * /    unary + -    **
+
+with numbers (``1e-3``, ``inf``), column names, words in quotes, parentheses, and the functions abs, min, max, sqrt,
+isnan and isfinite. It is a subset of Python's grammar, with Python's precedence; ``&`` and ``|`` are refused, because
+in Python they bind tighter than a comparison. Three kinds of value never mix: numbers, truth values and words (the flag
+columns such as ``verdict``; ``rotor`` is a number that may also be compared with a rotor's name). A complex column is
+reachable by its parts, NAME_re and NAME_im.
+
+Arithmetic is float64 as in NumPy. So are comparisons with nan: ``<``, ``<=``, ``>``, ``>=``, ``==`` and ``in`` are
+false, and ``!=`` is **true**, like ``not (… == …)``; ``isfinite(x)`` leaves a row without a value out, ``isnan(x)``
+finds it.
+
+An expression is parsed by an LALR grammar and checked (names, kinds, length, depth) before a row is read; nothing of it
+reaches ``eval``. Each node of the tree has two readings, ``value`` over the columns of a chunk and ``bounds`` over
+their stored ranges (interval arithmetic), and a chunk is skipped only when the bounds of the tree exclude "true"::
+
+    holds(chunk) = value(columns)        skip(minima, maxima) = bounds([minimum, maximum] ∪ {nan}).high < 1
+
+Rounding is monotone, so the ends of an interval bound every row's result of + - * / sqrt to the last bit; powers are
+widened by 1e-12.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from contextlib import ExitStack
+from functools import cached_property
+from pathlib import Path
+from types import TracebackType
+from typing import Any, Protocol
+
+import numpy as np
+
+from floquet.errors import DatabaseError, QueryError, did_you_mean
+from floquet.query.intervals import MAX_LENGTH, Interval
+from floquet.query.language import (
+    MAX_DEPTH,
+    ROTOR,
+    ROTOR_NAME,
+    Array,
+    Column,
+    Predicate,
+    Rows,
+    Scope,
+    compile_expression,
+    short,
+)
+
+__all__ = [
+    "Database",
+    "open_database",
+    "MAX_LENGTH",
+    "MAX_DEPTH",
+    "Interval",
+    "Predicate",
+    "Scope",
+    "compile_expression",
+]
+
+
+class Reader(Protocol):
+    """What a query needs of an open file; ``floquet.store.open_file`` gives it."""
+
+    @property
+    def names(self) -> Sequence[str]: ...
+    @property
+    def attributes(self) -> Mapping[str, Any]: ...
+    @property
+    def tables(self) -> Sequence[str]: ...
+    def columns(self, table: str) -> Mapping[str, Any]: ...
+    def rows(self, table: str) -> int: ...
+    def chunks(
+        self,
+        table: str,
+        columns: Sequence[str],
+        start: int = 0,
+        stop: int | None = None,
+        skip: Callable[[Mapping[str, Any], Mapping[str, Any]], bool] | None = None,
+    ) -> Iterator[tuple[int, Rows]]: ...
+
+
+DEFAULT_COLUMNS = {
+    "points": (
+        ROTOR, ROTOR_NAME, "advance_ratio", "lock_number", "hinge_offset", "pitch_flap_coupling", "verdict", "lock",
+        "error_regressing", "error_coning", "error_advancing",
+    ),
+    "limits": (
+        ROTOR, ROTOR_NAME, "lock_number", "hinge_offset", "pitch_flap_coupling", "mode", "metric", "tolerance", "limit",
+        "cause", "lock",
+    ),
+}  # fmt: skip
+"""What a query returns when no columns are named, followed by the columns its expression and its sort name."""
+
+
+class Best:
+    """The first ``limit`` rows in the order of a key, from pieces that arrive in file order: stable, nan last.
+
+    At most 2 ``limit`` rows and one piece are kept; once ``limit`` rows are there, ``admits`` drops a row that comes no
+    earlier than the last of them.
+    """
+
+    def __init__(self, key: str, descending: bool, limit: int | None) -> None:
+        self.key, self.descending, self.limit = key, descending, limit
+        self._pieces: list[Rows] = []
+        self._rows = 0
+        self._worst: Any = None
+
+    def _keys(self, rows: Rows) -> Array:
+        keys = np.asarray(rows[self.key], dtype=float)
+        return -keys if self.descending else keys
+
+    def admits(self, rows: Rows) -> Array:
+        keys = self._keys(rows)
+        if self._worst is None:
+            return np.ones(keys.shape, dtype=bool)
+        admitted: Array = ~(keys >= self._worst) & ~np.isnan(keys)
+        return admitted
+
+    def add(self, rows: Rows) -> None:
+        self._pieces.append(rows)
+        self._rows += len(rows[self.key])
+        if self.limit is not None and self._rows >= 2 * self.limit:
+            self.result()
+
+    def result(self) -> Rows:
+        rows = _joined(self._pieces)
+        order = np.argsort(self._keys(rows), kind="stable")[: self.limit]
+        rows = {name: values[order] for name, values in rows.items()}
+        self._pieces, self._rows = [rows], len(order)
+        if self.limit and len(order) == self.limit:
+            self._worst = self._keys(rows)[-1]
+        return rows
+
+
+def _joined(pieces: Sequence[Rows]) -> Rows:
+    return {name: np.concatenate([piece[name] for piece in pieces]) for name in pieces[0]}
+
+
+def _first(pieces: Iterable[Rows], limit: int | None) -> Rows:
+    """The first rows in file order; reading stops when they are there."""
+    kept, rows = [], 0
+    for piece in pieces:
+        kept.append(piece)
+        rows += len(next(iter(piece.values())))
+        if limit is not None and rows >= limit:
+            break
+    return {name: values[:limit] for name, values in _joined(kept).items()}
+
+
+class Database:
+    """An open database: ``with open_database("validity.h5") as db: db.query("advance_ratio > 0.3")``."""
+
+    def __init__(self, path: str | Path, reader: Reader, closing: ExitStack | None = None) -> None:
+        self.path = str(path)
+        self._open: Reader | None = reader
+        self._closing = closing or ExitStack()
+
+    def __enter__(self) -> Database:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.close()
+
+    def __repr__(self) -> str:
+        return f"Database({self.path!r})"
+
+    def close(self) -> None:
+        """Close the file; a second time does nothing."""
+        self._open = None
+        self._closing.close()
+
+    @property
+    def _reader(self) -> Reader:
+        if self._open is None:
+            raise DatabaseError(self.path, "the database is closed; open it again with open_database")
+        return self._open
+
+    @cached_property
+    def names(self) -> tuple[str, ...]:
+        """The names of the rotors, which the column ``rotor`` counts; empty if they have none."""
+        return tuple(map(str, self._reader.names))
+
+    @property
+    def attributes(self) -> dict[str, Any]:
+        """What the file says about itself: title, history, source, study."""
+        return dict(self._reader.attributes)
+
+    @property
+    def tables(self) -> tuple[str, ...]:
+        return tuple(self._reader.tables)
+
+    def _table(self, table: str) -> str:
+        if table not in self.tables:
+            name, present = str(table), ", ".join(self.tables)
+            raise QueryError(f"{short(name)!r} is no table; this file has {present}{did_you_mean(name, self.tables)}")
+        return table
+
+    def columns(self, table: str = "points") -> dict[str, Any]:
+        """Name → column (dtype, units, long_name, flags) in the order of the file; complex columns once."""
+        return dict(self._reader.columns(self._table(table)))
+
+    def rows(self, table: str = "points") -> int:
+        return int(self._reader.rows(self._table(table)))
+
+    def describe(self, table: str = "points") -> list[tuple[str, str, str]]:
+        """(name, units, long name) of every column."""
+        return [(name, column.units, column.long_name) for name, column in self.columns(table).items()]
+
+    def limits(self, expression: str = "", **options: Any) -> Rows:
+        """``query`` on the table of limits."""
+        return self.query(expression, table="limits", **options)
+
+    def query(
+        self,
+        expression: str = "",
+        *,
+        table: str = "points",
+        columns: str | Sequence[str] | None = None,
+        sort: str | None = None,
+        descending: bool = False,
+        limit: int | None = None,
+    ) -> Rows:
+        """The rows for which ``expression`` holds (all, if it is empty), as one array a column.
+
+        ``columns`` names what is returned, complex columns by their name or by their parts; None is a short list for
+        printing and the columns that ``expression`` and ``sort`` name, "*" is all of them. ``rotor_name`` stands
+        beside the index ``rotor`` (an empty text where a rotor has no name). ``sort`` is stable, with nan last in both
+        directions; ``limit`` is the number of rows, after sorting. Memory holds a chunk and the answer.
+        """
+        present = self.columns(table)
+        scope = Scope.of(present, self.names)
+        predicate = compile_expression(expression, scope)
+        key = () if sort is None else (scope.check(str(sort)),)
+        wanted = self._wanted(table, columns, present, scope, (*predicate.names, *key))
+        limit = _checked_limit(limit)
+        best = Best(key[0], bool(descending), limit) if key else None
+        read = [ROTOR if name == ROTOR_NAME else name for name in wanted]
+        pieces = self._pieces(table, predicate, list(dict.fromkeys([*read, *key])), best, limit)
+        if best is None:
+            found = _first(pieces, limit)
+        else:
+            for piece in pieces:
+                best.add(piece)
+            found = best.result()
+        return {name: self._named(found[ROTOR]) if name == ROTOR_NAME else found[name] for name in wanted}
+
+    def _wanted(
+        self,
+        table: str,
+        columns: str | Sequence[str] | None,
+        present: Mapping[str, Column],
+        scope: Scope,
+        used: Sequence[str],
+    ) -> list[str]:
+        named = (ROTOR_NAME,) if ROTOR in present else ()
+        if columns is None:
+            short = [*DEFAULT_COLUMNS.get(table, present), *used]
+            known = {*present, *(named if self.names else ())}
+            return list(dict.fromkeys(name for name in short if name in known or name in used))
+        wanted: dict[str, None] = {}
+        for name in [columns] if isinstance(columns, str) else columns:
+            if name == "*":
+                wanted |= dict.fromkeys([*present, *named])
+            else:
+                wanted[name if name in present or name in named else scope.check(str(name))] = None
+        if not wanted:
+            raise QueryError('no columns are asked for; name some, or "*" for all')
+        return list(wanted)
+
+    def _pieces(
+        self, table: str, predicate: Predicate, read: Sequence[str], best: Best | None, limit: int | None
+    ) -> Iterator[Rows]:
+        """Chunk by chunk the rows that hold; the columns that are not tested are read only where a row does."""
+        early = list(dict.fromkeys([*predicate.names, *([best.key] if best else [])])) or list(read)
+        late = [name for name in read if name not in early]
+        yield self._nothing(table, read)
+        if limit == 0:
+            return
+        for start, chunk in self._reader.chunks(table, early, skip=predicate.skip):
+            rows = len(chunk[early[0]])
+            hits = np.flatnonzero(predicate.holds(chunk, rows))
+            found = {name: chunk[name][hits] for name in early}
+            if best is not None:
+                admitted = best.admits(found)
+                hits, found = hits[admitted], {name: values[admitted] for name, values in found.items()}
+            if not hits.size:
+                continue
+            if late:
+                beside = _joined([part for _, part in self._reader.chunks(table, late, start, start + rows)])
+                found |= {name: values[hits] for name, values in beside.items()}
+            yield {name: found[name] for name in read}
+
+    def _nothing(self, table: str, read: Sequence[str]) -> Rows:
+        """No row, in the right dtypes."""
+        present = self.columns(table)
+        return {name: np.empty(0, np.dtype(present[name].dtype) if name in present else float) for name in read}
+
+    def _named(self, rotor: Array) -> Array:
+        """The names of rotor indices; an index without a name gives an empty string."""
+        names = np.array([*self.names, ""], dtype=object)
+        return names[np.where((rotor >= 0) & (rotor < len(self.names)), rotor, len(self.names))]
+
+
+def _checked_limit(limit: object) -> int | None:
+    if limit is None:
+        return None
+    if isinstance(limit, bool) or not isinstance(limit, int | np.integer) or limit < 0:
+        raise QueryError(f"limit is a number of rows, 0 or more, and {short(repr(limit))} was given")
+    return int(limit)
+
+
+def open_database(path: str | Path) -> Database:
+    """Open a database for reading; close it, or use it in a ``with`` statement."""
+    from floquet import store
+
+    closing = ExitStack()
+    return Database(path, closing.enter_context(store.open_file(path)), closing)
