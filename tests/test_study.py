@@ -11,6 +11,7 @@ from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Any
 
+import h5py
 import numpy as np
 import pytest
 from filelock import FileLock
@@ -183,6 +184,8 @@ def test_resume_keeps_sound_shards_and_makes_damaged_ones_again(
     damaged = folder / shards[1]
     damaged.write_bytes(damaged.read_bytes()[:-50])
     (folder / shards[2]).write_bytes(b"not HDF5 at all")
+    with h5py.File(folder / shards[3], "r+") as changed:  # HDF5 is content with it, the digest is not
+        changed["points/lock_number"][0] += 1.0
 
     def counted(plan: Any, start: int, stop: int) -> Any:
         made.append(start)
@@ -190,7 +193,7 @@ def test_resume_keeps_sound_shards_and_makes_damaged_ones_again(
 
     monkeypatch.setitem(study.TABLE_ROWS, "points", counted)
     report = study.run(one, out, resume=True)
-    assert sorted(made) == [100, 200, 400, 500] and report.reused == 6
+    assert sorted(made) == [100, 200, 300, 400, 500] and report.reused == 5
     study.run(one, tmp_path / "whole.h5")
     assert store.data_digest(out) == store.data_digest(tmp_path / "whole.h5")
 
@@ -206,6 +209,21 @@ def test_another_study_is_not_mixed_in(file: Path, tmp_path: Path) -> None:
     file.write_text(SMALL.replace("8.0", "8.5"))
     with pytest.raises(InputError, match="another study"):
         study.run(study.load_study(file), out, resume=True)
+
+
+@pytest.mark.usefixtures("quick")
+def test_an_unfinished_run_of_another_study_is_not_gone_on_with(
+    file: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def interrupted(*_: Any) -> Any:
+        raise KeyboardInterrupt
+
+    monkeypatch.setitem(study.TABLE_ROWS, "points", interrupted)
+    with pytest.raises(KeyboardInterrupt):
+        study.run(study.load_study(file), tmp_path / "out.h5")
+    file.write_text(SMALL.replace("8.0", "8.5"))
+    with pytest.raises(InputError, match="unfinished run of another study"):
+        study.run(study.load_study(file), tmp_path / "out.h5", resume=True)
 
 
 def test_two_runs_of_one_study_do_not_meet(file: Path, tmp_path: Path) -> None:
