@@ -377,12 +377,18 @@ def _scalar(parameter: Parameter, value: Any) -> float | None:
     return float(number)
 
 
+_MOST_BLADES = 1000  # far beyond any rotor, and it fits the 16 bits that a database gives to it
+
+
 def _blades(value: Any) -> int:
     if isinstance(value, bool | np.bool_) or not isinstance(value, int | np.integer):
         sentence = f"{reprlib.repr(value)} was given; the number of blades is one whole number >= 1, such as 4"
         raise ParameterError("blades", value, sentence)
     if value < 1:
         sentence = f"{value} was given; it must be >= 1, and 1 stands for a single blade's equation"
+        raise ParameterError("blades", value, sentence)
+    if value > _MOST_BLADES:
+        sentence = f"{reprlib.repr(int(value))} was given; it must be <= {_MOST_BLADES}, so look for a slip of the pen"
         raise ParameterError("blades", value, sentence)
     return int(value)
 
@@ -400,6 +406,9 @@ def _hub(value: Any) -> Hub:
 def _text(name: str, value: Any) -> str:
     if not isinstance(value, str):
         raise ParameterError(name, value, f"{value!r} was given; it must be a text")
+    if "\0" in value or any("\ud800" <= letter <= "\udfff" for letter in value):
+        sentence = f"{value!r} was given; it has letters that no database or UTF-8 file can keep, so leave them out"
+        raise ParameterError(name, value, sentence)
     return value
 
 
