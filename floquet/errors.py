@@ -39,8 +39,18 @@ __all__ = [
 ]
 
 
+def _rebuilt(kind: type[FloquetError], args: tuple[Any, ...], state: dict[str, Any]) -> FloquetError:
+    """An exception as it was, without calling its ``__init__``: what pickle and copy use."""
+    error = kind.__new__(kind, *args)
+    error.__dict__.update(state)
+    return error
+
+
 class FloquetError(Exception):
-    """Anything this package raises on purpose."""
+    """Anything this package raises on purpose; pickled or copied it keeps type, message and attributes."""
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return _rebuilt, (type(self), self.args, dict(self.__dict__))
 
 
 class InputError(FloquetError, ValueError):

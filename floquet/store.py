@@ -4,12 +4,13 @@ A database has two tables, each a group that xarray opens as a dataset::
 
     /points   one row a rotor and advance ratio        :data:`POINTS`
     /limits   one row a rotor, mode, metric, tolerance :data:`LIMITS`
-    /integrity/<table>   digests (variables, chunks, 16), minima and maxima (variables, chunks)
+    /integrity/<table>   digests (variables, chunks, 16), minima and maxima (variables, chunks), all under the
+                         attribute digest
 
 A complex column NAME is stored as the variables NAME_re and NAME_im.  Every variable is cut into chunks of
 :data:`CHUNK_ROWS` rows, compressed, with HDF5's checksum; the blake2b digest of every chunk is checked whenever it is
-read, and one more covers the schema and the attributes.  Files appear whole or not at all: they are written beside
-their place, synced, and renamed.
+read, that of /integrity when the file is opened, and one more covers the schema and the attributes.  Files appear whole
+or not at all: they are written beside their place, synced, and renamed.
 """
 
 from __future__ import annotations
@@ -20,7 +21,7 @@ import hashlib
 import json
 import math
 import os
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from enum import IntEnum
 from pathlib import Path
@@ -206,9 +207,12 @@ def write(path: str | Path, tables: Mapping[str, Rows], attributes: Mapping[str,
 
 @contextlib.contextmanager
 def create(
-    path: str | Path, lengths: Mapping[str, int], attributes: Mapping[str, Any]
+    path: str | Path, lengths: Mapping[str, int], attributes: Mapping[str, Any], *, root: str = ""
 ) -> Iterator[dict[str, TableWriter]]:
-    """A new file of tables with so many rows each, to be filled through writers in row order."""
+    """A new file of tables with so many rows each, to be filled through writers in row order.
+
+    The variables of the table ``root`` stand at the root of the file, not in a group: so other programs expect them.
+    """
     with atomic(path) as temporary, _Sink(temporary) as sink:
         with h5py.File(sink, "w", libver=("v108", "v108"), track_order=True) as file:
             for name, value in attributes.items():
@@ -216,7 +220,10 @@ def create(
             file.attrs["Conventions"] = "CF-1.10"
             file.attrs["schema_version"] = "{}.{}".format(*SCHEMA)
             names = str(attributes.get("rotor_names", "[]"))
-            writers = {table: TableWriter(file, table, rows, names, sink.check) for table, rows in lengths.items()}
+            writers = {
+                table: TableWriter(file, table, rows, names, sink.check, at_root=table == root)
+                for table, rows in lengths.items()
+            }
             yield writers
             for writer in writers.values():
                 writer.finish()
@@ -301,7 +308,14 @@ class TableWriter:
     """Fills one table, chunk after chunk, and keeps the digests."""
 
     def __init__(
-        self, file: h5py.File, table: str, rows: int, rotor_names: str, check: Callable[[], None] = lambda: None
+        self,
+        file: h5py.File,
+        table: str,
+        rows: int,
+        rotor_names: str,
+        check: Callable[[], None] = lambda: None,
+        *,
+        at_root: bool = False,
     ) -> None:
         self.check = check
         self.columns, self.rows, self.table, self.file = TABLES[table], rows, table, file
@@ -311,8 +325,7 @@ class TableWriter:
         chunks = max(1, math.ceil(rows / CHUNK_ROWS))
         self.digests = np.zeros((len(self.variables), chunks, 16), np.uint8)
         self.ranges = np.full((2, len(self.variables), chunks), np.nan)
-        group = file.create_group(table, track_order=True)
-        self.group = group
+        self.group = file if at_root else file.create_group(table, track_order=True)
         scale = self._variable("row", "i8", "row number")
         scale.make_scale("row")
         for start in range(0, rows, CHUNK_ROWS):
@@ -370,9 +383,9 @@ class TableWriter:
         group = self.file.create_group(f"integrity/{self.table}", track_order=True)
         group.attrs["variables"] = "\n".join(self.variables)
         group.attrs["chunk_rows"] = CHUNK_ROWS
-        group.create_dataset("digests", data=self.digests)
-        group.create_dataset("minima", data=self.ranges[0])
-        group.create_dataset("maxima", data=self.ranges[1])
+        group.attrs["digest"] = _integrity_digest(self.variables, self.digests, *self.ranges)
+        for name, data in (("digests", self.digests), ("minima", self.ranges[0]), ("maxima", self.ranges[1])):
+            group.create_dataset(name, data=data, chunks=True, fletcher32=True)
 
 
 def _word(text: str, value: int) -> str:
@@ -382,6 +395,16 @@ def _word(text: str, value: int) -> str:
 
 def _digest(part: NDArray[Any]) -> bytes:
     return hashlib.blake2b(np.ascontiguousarray(part).tobytes(), digest_size=16).digest()
+
+
+def _integrity_digest(
+    variables: Iterable[str], digests: NDArray[np.uint8], minima: NDArray[np.float64], maxima: NDArray[np.float64]
+) -> str:
+    """Over what stands under /integrity for a table: the names of its variables, their digests and ranges."""
+    total = hashlib.blake2b("\n".join(variables).encode(), digest_size=16)
+    for part, dtype in ((digests, "u1"), (minima, "<f8"), (maxima, "<f8")):
+        total.update(np.ascontiguousarray(part, dtype).tobytes())
+    return total.hexdigest()
 
 
 def _attributes_digest(file: h5py.File) -> str:
@@ -471,9 +494,16 @@ class File:
     def _read_integrity(
         self, table: str
     ) -> tuple[dict[str, int], NDArray[np.uint8], NDArray[np.float64], NDArray[np.float64]]:
-        group = self._file[f"integrity/{table}"]
-        variables = {name: i for i, name in enumerate(str(_plain(group.attrs["variables"])).split("\n"))}
-        digests, minima, maxima = (group[name][()] for name in ("digests", "minima", "maxima"))
+        place = f"integrity/{table}"
+        try:
+            group = self._file[place]
+            variables = {name: i for i, name in enumerate(str(_plain(group.attrs["variables"])).split("\n"))}
+            digests, minima, maxima = (group[name][()] for name in ("digests", "minima", "maxima"))
+            sound = _plain(group.attrs["digest"]) == _integrity_digest(variables, digests, minima, maxima)
+        except (OSError, RuntimeError, ValueError, KeyError, TypeError, AttributeError) as error:
+            raise DamageError(self.path, [place]) from error
+        if not sound:
+            raise DamageError(self.path, [place])
         chunks = max(1, math.ceil(self._file[table]["row"].shape[0] / CHUNK_ROWS))
         sizes_agree = (
             digests.shape == (len(variables), chunks, 16) and minima.shape == maxima.shape == digests.shape[:2]
@@ -603,8 +633,11 @@ def _check_schema(path: str, attributes: Mapping[str, Any]) -> None:
 
 def verify(path: str | Path) -> tuple[str, ...]:
     """Read everything; the places that are damaged."""
-    with open_file(path) as file:
-        return tuple(file.damaged())
+    try:
+        with open_file(path) as file:
+            return tuple(file.damaged())
+    except DamageError as error:
+        return error.places
 
 
 def data_digest(path: str | Path) -> str:

@@ -262,9 +262,22 @@ KEPT, RUNS, ASKED = "tests/test_store.py", "tests/test_study.py", "tests/test_qu
 SYNC, RENAME = "        _sync(temporary)\n", "        os.replace(temporary, path)\n"
 storage = (
     Mutant("digest not checked", STORE, "if _digest(part) != digests", "if False and _digest(part) != digests", KEPT),
+    Mutant(
+        "digest of ranges not checked",
+        STORE,
+        "        if not sound:\n            raise",
+        "        if False:\n            raise",
+        KEPT,
+    ),
     Mutant("rename before fsync", STORE, SYNC + RENAME, RENAME + SYNC.replace("temporary", "path"), KEPT),
     Mutant("no fsync", STORE, SYNC + RENAME, RENAME, KEPT),
-    Mutant("schema digest not checked", STORE, "        if not sound:\n", "        if False:\n", KEPT),
+    Mutant(
+        "schema digest not checked",
+        STORE,
+        "        if not sound:\n            yield",
+        "        if False:\n            yield",
+        KEPT,
+    ),
     Mutant("newer schema read", STORE, "> SCHEMA[0]:", "> SCHEMA[0] + 1:", KEPT),
     Mutant("write error forgotten", STORE, "if self.error is not None:", "if False:", KEPT),
     Mutant("imaginary part lost", STORE, "out.real, out.imag = real, imaginary", "out.real, out.imag = real, 0", KEPT),

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import copy
 import errno
 import json
 import os
+import pickle
 import subprocess
 import sys
 from collections.abc import Callable
@@ -17,7 +19,18 @@ import pytest
 
 from floquet import store
 from floquet.comparison import Metric
-from floquet.errors import DamageError, DatabaseError, StorageError
+from floquet.errors import (
+    ConfigError,
+    DamageError,
+    DatabaseError,
+    FailedError,
+    FloquetError,
+    InputError,
+    ParameterError,
+    Problem,
+    QueryError,
+    StorageError,
+)
 from floquet.rotor import Hub, Rotor
 from floquet.sweep import Plan, limit_rows, point_rows
 
@@ -139,6 +152,17 @@ def test_a_flipped_byte_of_the_file_never_gives_a_wrong_number(path: Path, rows:
     assert seen > 20
 
 
+@pytest.mark.parametrize("part", ["minima", "maxima", "digests"])
+def test_changed_ranges_and_digests_are_noticed_when_the_file_is_opened(path: Path, part: str) -> None:
+    """A smaller maximum would leave rows out of queries without a word."""
+    with h5py.File(path, "r+") as file:
+        assert file["integrity/points"][part].fletcher32
+        file["integrity/points"][part][3, 1] = 7
+    with pytest.raises(DamageError, match="integrity/points"):
+        store.open_file(path)
+    assert store.verify(path) == ("integrity/points",)
+
+
 def test_changed_attributes_are_noticed(path: Path) -> None:
     with h5py.File(path, "r+") as file:
         file["points/lock"].attrs["units"] = "knots"
@@ -240,3 +264,29 @@ def test_rows_that_do_not_come_are_noticed(tmp_path: Path, rows: dict[str, Any])
     ):
         writers["points"].add(rows["points"])
     assert list(tmp_path.iterdir()) == []
+
+
+ERRORS = [
+    FloquetError("plain"),
+    InputError("plain"),
+    ParameterError("lock_number", -1.0, "-1.0 is not possible"),
+    ConfigError("a.toml", [Problem(3, "axes", "missing"), Problem(0, "", "empty")]),
+    QueryError("no such column", "lok > 1", 1),
+    DatabaseError("a.h5", "there is no such file"),
+    DamageError("a.h5", ["points/lock rows 0…15", "b", "c", "d"]),
+    FailedError("plain"),
+    StorageError("a.h5", "the disk is full"),
+]
+
+
+def test_every_error_is_tried() -> None:
+    def tree(kind: type[FloquetError]) -> set[type[FloquetError]]:
+        return {kind}.union(*map(tree, kind.__subclasses__()))
+
+    assert {type(e) for e in ERRORS} == {k for k in tree(FloquetError) if k.__module__ == "floquet.errors"}
+
+
+@pytest.mark.parametrize("error", ERRORS, ids=lambda e: type(e).__name__)
+def test_errors_come_back_whole_from_worker_processes(error: FloquetError) -> None:
+    for again in (pickle.loads(pickle.dumps(error)), copy.copy(error)):
+        assert type(again) is type(error) and str(again) == str(error) and vars(again) == vars(error)
