@@ -10,6 +10,7 @@ from __future__ import annotations
 import contextlib
 import errno
 import functools
+import math
 import os
 import sys
 import time
@@ -49,8 +50,8 @@ ROTOR_FLAGS: tuple[tuple[str, Any, str], ...] = (
     ("flap_damping", float, "Mechanical flap damping C_β/(I_β Ω)."),
     ("root_cutout", float, "No lift inboard of this fraction of the radius."),
     ("blades", int, "Number of blades."),
-    ("rotor_speed", float, "Ω in rad/s, for output in Hz and seconds."),
-    ("radius", float, "R in m."),
+    ("rotor_speed", float, "Ω in rad/s, for output in Hz and seconds, and for knots."),
+    ("radius", float, "R in m, for knots."),
     ("name", str, "What to call the rotor."),
 )
 """The fields of Rotor as flags (and ``--hub``); a test holds them against ``Rotor``."""
@@ -96,15 +97,34 @@ physics_flags = options(
     click.option("--kinematic-rates", is_flag=True, help="(1 + m) in the columns of body angular acceleration."),
 )
 tolerance_flags = options(
-    click.option("--tolerance", type=float, default=0.05, show_default=True, help="Error at which a mode fails."),
+    click.option(
+        "--tolerance",
+        type=float,
+        default=0.05,
+        show_default=True,
+        help="Error at which a mode fails: 0.05 is 5 %, for the metric absolute 0.05 per rev.",
+    ),
     click.option("--metric", type=METRICS, default="relative", show_default=True, help="How the error is measured."),
     click.option("--mode", "modes", type=MODES, multiple=True, help="Only this mode (may be repeated)."),
     click.option("--mu-max", type=float, default=1.0, show_default=True, help="Last advance ratio looked at."),
 )
+
+
+def _style(context: click.Context, option: click.Parameter, chosen: bool) -> None:
+    """Keep the one style that was asked for."""
+    before = context.params.setdefault("style", None)
+    if chosen and before is not None:
+        raise click.UsageError("--json and --csv are two answers: give one of them", context)
+    if chosen:
+        context.params["style"] = str(option.name).removeprefix("as_")
+
+
 output_flags = options(
-    click.option("--json", "style", flag_value="json", default=None, help="Strict JSON: nan is null, inf is \"inf\"."),
-    click.option("--csv", "style", flag_value="csv", help="Comma-separated values."),
+    click.option("--json", "as_json", is_flag=True, expose_value=False, callback=_style,
+                 help="Strict JSON: nan is null, inf is \"inf\"."),
+    click.option("--csv", "as_csv", is_flag=True, expose_value=False, callback=_style, help="Comma-separated values."),
 )  # fmt: skip
+knots_flag = click.option("--knots", type=float, help="Speed V in place of --advance-ratio: μ = V/(ΩR), disc level.")
 workers_flag = click.option("--workers", type=int, help="Processes (left out: one for each processor).")
 table_flag = click.option("--table", default="points", show_default=True, help="points or limits.")
 output_file = click.option("-o", "--output", required=True, help="File to write.")
@@ -138,6 +158,24 @@ def rotor_of(file: str | None, values: Mapping[str, Any]) -> Rotor:
     if changes.get("hub") == "teetering":
         changes.setdefault("blades", 2)
     return rotors.Rotor(**changes)
+
+
+def asked(one: Rotor, advance_ratio: float | None, knots: float | None) -> float | None:
+    """The advance ratio that is asked for, itself or by the speed in knots with the disc level."""
+    from floquet.report import KNOT
+
+    if knots is None:
+        return advance_ratio
+    if advance_ratio is not None:
+        raise InputError("--knots and --advance-ratio ask for the same: give one of them")
+    if not (0.0 <= knots < math.inf):
+        raise ParameterError("knots", knots, "a speed is a finite number of knots, 0 or more")
+    missing = [name for name in ("rotor_speed", "radius") if not getattr(one, name)]
+    if missing:
+        flags = " and ".join(flag(name) for name in missing)
+        raise InputError(f"--knots {knots:g} is no advance ratio without {flags}: give that, or --advance-ratio")
+    assert one.rotor_speed and one.radius
+    return knots * KNOT / (one.rotor_speed * one.radius)
 
 
 def show(style: str | None, records: Any, text: Callable[[], str], rows: Callable[[], Any] | None = None,
@@ -205,12 +243,15 @@ def rotor(file: str | None, style: str | None, **values: Any) -> None:
 
 @command.command()
 @click.argument("file", required=False)
-@click.option("--advance-ratio", type=float, required=True, help="μ = V cos α/(ΩR).")
+@click.option("--advance-ratio", type=float, help="μ = V cos α/(ΩR).")
+@knots_flag
 @click.option("--harmonics", type=int, help="Harmonics of the simple model (left out: 1, the tip-path plane).")
 @rotor_flags
 @physics_flags
 @output_flags
-def analyse(file: str | None, advance_ratio: float, style: str | None, **values: Any) -> None:
+def analyse(
+    file: str | None, advance_ratio: float | None, knots: float | None, style: str | None, **values: Any
+) -> None:
     """Exponents, lock and verdict at one advance ratio.
 
     Every exponent has its bound, and the simple model stands beside the exact one, mode by mode.
@@ -219,23 +260,25 @@ def analyse(file: str | None, advance_ratio: float, style: str | None, **values:
     from floquet.comparison import compare
 
     one = rotor_of(file, values)
-    compared = compare(one, advance_ratio, **given(values, (*PHYSICS, "harmonics")))
-    record = report.analysis(one, advance_ratio, compared)
-    show(
-        style, record, lambda: report.analysis_text(one, advance_ratio, compared), lambda: report.analysis_rows(record)
-    )
+    mu = asked(one, advance_ratio, knots)
+    if mu is None:
+        raise InputError("no speed was given: add --advance-ratio 0.3, or --knots 120 where Ω and R are known")
+    compared = compare(one, mu, **given(values, (*PHYSICS, "harmonics")))
+    record = report.analysis(one, mu, compared)
+    show(style, record, lambda: report.analysis_text(one, mu, compared), lambda: report.analysis_rows(record))
 
 
 @command.command()
 @click.argument("files", nargs=-1)
 @click.option("--advance-ratio", type=float, default=None, help="Answer for this μ, in words.")
+@knots_flag
 @rotor_flags
 @physics_flags
 @tolerance_flags
 @output_flags
 def validity(
-    files: tuple[str, ...], advance_ratio: float | None, style: str | None, tolerance: float, metric: str,
-    modes: tuple[str, ...], mu_max: float, **values: Any,
+    files: tuple[str, ...], advance_ratio: float | None, knots: float | None, style: str | None, tolerance: float,
+    metric: str, modes: tuple[str, ...], mu_max: float, **values: Any,
 ) -> None:  # fmt: skip
     """Where the simple model stops being valid, and why.
 
@@ -244,15 +287,17 @@ def validity(
     settings: dict[str, Any] = {"tolerance": tolerance, "metric": metric, "modes": modes}
     stored = [file for file in files if not file.endswith(".toml") and Path(file).is_file()]
     if stored:
-        flags = given({**values, "advance_ratio": advance_ratio}, [*values, "advance_ratio"])
+        speed = {"advance_ratio": advance_ratio, "knots": knots}
+        flags = given({**values, **speed}, [*values, *speed])
         _stored_limits(files, stored[0], list(flags), style, **settings)
         return
     rotors = [rotor_of(file, values) for file in files or [None]]
     settings |= {"mu_max": mu_max} | given(values, PHYSICS)
-    if advance_ratio is None:
-        _limits(rotors, style, **settings)
+    speeds = [mu for one in rotors if (mu := asked(one, advance_ratio, knots)) is not None]
+    if speeds:
+        _verdicts(rotors, speeds, style, **settings)
     else:
-        _verdicts(rotors, advance_ratio, style, **settings)
+        _limits(rotors, style, **settings)
 
 
 def _stored_limits(files: Sequence[str], stored: str, flags: Sequence[str], style: str | None, **settings: Any) -> None:
@@ -283,14 +328,14 @@ def _limits(rotors: Sequence[Rotor], style: str | None, *, tolerance: float, met
     show(style, records, lambda: report.limit_table(records))
 
 
-def _verdicts(rotors: Sequence[Rotor], advance_ratio: float, style: str | None, *, metric: str, modes: Sequence[str],
+def _verdicts(rotors: Sequence[Rotor], speeds: Sequence[float], style: str | None, *, metric: str, modes: Sequence[str],
               **settings: Any) -> None:  # fmt: skip
     from floquet import report
     from floquet.comparison import Metric
 
     answers = [
-        report.verdict(one, advance_ratio, metric=Metric[metric.upper()], modes=modes or None, **settings)
-        for one in rotors
+        report.verdict(one, mu, metric=Metric[metric.upper()], modes=modes or None, **settings)
+        for one, mu in zip(rotors, speeds, strict=True)
     ]
     records = [record for answer in answers for record in report.verdict_records(answer)]
     show(style, records, lambda: "\n\n".join(report.verdict_text(answer) for answer in answers))

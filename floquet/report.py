@@ -18,6 +18,7 @@ import json
 import math
 from collections.abc import Iterable, Mapping, Sequence
 from enum import Enum, IntEnum
+from pathlib import PurePath
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -27,7 +28,7 @@ from floquet.errors import ParameterError
 from floquet.exponents import Reason, Verdict
 from floquet.period_map import Method
 from floquet.rotor import PARAMETERS, Hub, Rotor
-from floquet.validity import Limit, limits
+from floquet.validity import Limit, limits, lock_windows
 
 if TYPE_CHECKING:
     from floquet.query import Database
@@ -46,7 +47,9 @@ KNOT = 1852.0 / 3600.0  # m/s
 FINER = (2, 3, 4)  # harmonics of the averaged models that are tried where the tip-path plane fails
 LEGEND = """\
 limit: first advance ratio μ at which the simple model's error passes the tolerance; from: still failing at the last μ;
-lock edge, split edge: the nearest μ where the exact pair locks or unlocks, where the simple pair splits or merges."""
+lock edge, split edge: the nearest μ where the exact pair locks or unlocks, where the simple pair splits or merges;
+inside a lock, modes that no other meets (at 1 per rev coning and advancing) are held against the pair's mean, which is
+no exponent of the rotor: its two dampings lie on either side of it."""
 CAUSES = {
     Cause.NONE: "the models agree",
     Cause.DRIFT: "both pairs are complex and have drifted apart, for the simple model averages the periodic terms away",
@@ -78,6 +81,8 @@ def plain(value: Any) -> Any:
     """A result as strict JSON data: nan → None, inf → "inf", complex → [re, im], enums → words, arrays → lists."""
     if isinstance(value, Enum):
         return value.name
+    if isinstance(value, PurePath):
+        return str(value)
     if isinstance(value, np.ndarray | np.generic):
         return plain(value.tolist())
     if isinstance(value, complex):
@@ -182,8 +187,8 @@ def percent(value: float) -> str:
 
 
 def amount(value: float, metric: Metric) -> str:
-    """An error in the unit of its metric."""
-    return percent(value) if metric is Metric.RELATIVE else f"{number(value, 3)} per rev"
+    """An error in the unit of its metric: all but ABSOLUTE are ratios."""
+    return f"{number(value, 3)} per rev" if metric is Metric.ABSOLUTE else percent(value)
 
 
 def per_rev(value: float) -> str:
@@ -426,12 +431,17 @@ def worded(rows: Mapping[str, Any], columns: Mapping[str, Any]) -> dict[str, lis
 class ModeVerdict:
     """Whether the simple model holds for a mode at one μ.
 
-    ``harmonics`` of the averaged model that holds where this one does not; 0 if none does, None if none was tried.
+    ``rule`` is what the mode is compared with; ``dampings`` are the blade's and ``simple_dampings`` the simple mode's,
+    per rev, the lesser first.  ``harmonics`` of the averaged model that holds where this one does not; 0 if none
+    does, None if none was tried.
     """
 
     mode: str
     valid: bool
     error: float
+    rule: Rule
+    dampings: tuple[float, float]
+    simple_dampings: tuple[float, float]
     cause: Cause
     lock: float
     limit: Limit
@@ -441,7 +451,10 @@ class ModeVerdict:
 
 @dataclasses.dataclass(frozen=True)
 class RotorVerdict:
-    """The verdicts for the modes of a rotor at one advance ratio, and what they were judged by."""
+    """The verdicts for the modes of a rotor at one advance ratio, and what they were judged by.
+
+    ``window`` is the lock (enter, leave, per_rev) that the advance ratio lies in, None outside a lock.
+    """
 
     rotor: Rotor
     advance_ratio: float
@@ -449,6 +462,7 @@ class RotorVerdict:
     metric: Metric
     comparison: Comparison
     modes: tuple[ModeVerdict, ...]
+    window: tuple[float, float, float] | None = None
 
 
 def verdict(
@@ -462,16 +476,36 @@ def verdict(
     failing = any(not comparison[one.mode].by(metric) <= tolerance for one in found)
     finer = FINER if failing and exact_model(rotor, options.get("model")) == "flapping" else ()
     better = {m: compare(rotor, advance_ratio, harmonics=m, **options) for m in finer}
-    judged = tuple(_judge(comparison[one.mode], one, better) for one in found)
-    return RotorVerdict(rotor, advance_ratio, tolerance, metric, comparison, judged)
+    judged = tuple(_judge(comparison, comparison[one.mode], one, better) for one in found)
+    window = _window(rotor, advance_ratio, float(comparison.stability.lock), sought, **options)
+    return RotorVerdict(rotor, advance_ratio, tolerance, metric, comparison, judged, window)
 
 
-def _judge(mode: ModeComparison, limit: Limit, better: Mapping[int, Comparison]) -> ModeVerdict:
+def _window(
+    rotor: Rotor, advance_ratio: float, lock: float, mu_max: float, **options: Any
+) -> tuple[float, float, float] | None:
+    """The lock that the advance ratio lies in; its edges are nan where the windows do not show it."""
+    if math.isnan(lock):
+        return None
+    inside = (w for w in lock_windows(rotor, mu_max=mu_max, **options) if w[0] <= advance_ratio <= w[1])
+    return next((w for w in inside if w[2] == lock), (math.nan, math.nan, lock))
+
+
+def _judge(comparison: Comparison, mode: ModeComparison, limit: Limit, better: Mapping[int, Comparison]) -> ModeVerdict:
     error = float(mode.by(limit.metric))
     valid = error <= limit.tolerance
     holds = {m: float(c[mode.name].by(limit.metric)) for m, c in better.items()}
     first = None if valid or not holds else next((m for m, e in holds.items() if e <= limit.tolerance), 0)
-    return ModeVerdict(mode.name, valid, error, mode.cause, mode.lock, limit, first, holds.get(first or 0, math.nan))
+    return ModeVerdict(
+        mode.name, valid, error, Rule(mode.rule), _dampings(comparison.stability.exponents), _dampings(mode.simple),
+        mode.cause, mode.lock, limit, first, holds.get(first or 0, math.nan),
+    )  # fmt: skip
+
+
+def _dampings(pair: Any) -> tuple[float, float]:
+    """The two dampings of a pair, the lesser first."""
+    low, high = sorted(-float(one) for one in np.real(pair))
+    return low, high
 
 
 def verdict_records(answer: RotorVerdict) -> list[Record]:
@@ -480,6 +514,7 @@ def verdict_records(answer: RotorVerdict) -> list[Record]:
     for one in answer.modes:
         here = {
             "advance_ratio": answer.advance_ratio, "mode": one.mode, "valid": one.valid, "error": one.error,
+            "rule": one.rule, "dampings": one.dampings, "simple_dampings": one.simple_dampings,
             "cause_here": one.cause, "lock_here": one.lock, "harmonics": one.harmonics,
             "harmonics_error": one.harmonics_error, "verdict": Verdict(answer.comparison.stability.verdict),
         }  # fmt: skip
@@ -492,14 +527,28 @@ def verdict_text(answer: RotorVerdict) -> str:
     known = {Verdict.STABLE: "stable", Verdict.UNSTABLE: "UNSTABLE"}
     state = known.get(Verdict(answer.comparison.stability.verdict), "neither surely stable nor surely unstable")
     failing = [one.mode for one in answer.modes if not one.valid]
+    mean = [one.mode for one in answer.modes if one.valid and one.rule is Rule.MEAN]
     holds = f"does not hold for {_listed(failing)}" if failing else "holds for every mode"
+    if mean:
+        against = f"for {_listed(mean)} only against the mean of a locked pair"
+        holds += f" and holds {against}" if failing else f", {against}"
     tolerance = _tolerance({"tolerance": answer.tolerance, "metric": answer.metric})
     head = (
         f"{title(answer.rotor)} at advance ratio {number(answer.advance_ratio)}"
         f"{_speed(answer.rotor, answer.advance_ratio)}: the simple model {holds} "
-        f"(tolerance {tolerance}); by the Floquet exponents the flapping is {state}."
+        f"(tolerance {tolerance}); by the Floquet exponents the flapping is {state}{_locked(answer.window)}."
     )
     return "\n".join([head, *(f"  {_sentence(one)}" for one in answer.modes), NO_INFLOW])
+
+
+def _locked(window: tuple[float, float, float] | None) -> str:
+    """``, and the blade is locked at 1 per rev (from μ = 0.1215)``."""
+    if window is None:
+        return ""
+    enter, leave, lock = window
+    until = "" if math.isinf(leave) else f" to {number(leave, 4)}"
+    where = "" if math.isnan(enter) else f" (from μ = {number(enter, 4)}{until})"
+    return f", and the blade is locked at {per_rev(lock)} per rev{where}"
 
 
 def _speed(rotor: Rotor, advance_ratio: float) -> str:
@@ -510,11 +559,25 @@ def _speed(rotor: Rotor, advance_ratio: float) -> str:
 
 def _sentence(one: ModeVerdict) -> str:
     metric, limit = Metric(one.limit.metric), one.limit
-    first = f"{one.mode}: {'valid' if one.valid else 'NOT valid'}, error {amount(one.error, metric)}"
+    first = f"{one.mode}: {_judged(one, metric)}"
     because = "" if one.valid else f", because {CAUSES[one.cause].format(lock=per_rev(one.lock))}"
     edge = [] if math.isnan(limit.lock_edge) else [f"the nearest lock edge is at μ = {number(limit.lock_edge, 4)}"]
     instead = [] if one.valid else [_instead(one, metric)]
     return "; ".join([first + because, _where(limit), *edge, *instead]) + "."
+
+
+def _judged(one: ModeVerdict, metric: Metric) -> str:
+    """Valid or not; against a mean, which no motion of the rotor has, with the dampings on either side."""
+    error = amount(one.error, metric)
+    if one.rule is not Rule.MEAN:
+        return f"{'valid' if one.valid else 'NOT valid'}, error {error}"
+    against = "valid against" if one.valid else "NOT valid, even against"
+    two = " and ".join(f"{value:.3f}" for value in one.dampings)
+    low, high = one.simple_dampings
+    simple = f"one, {low:.3f}" if high - low < 1e-9 else f"{low:.3f} and {high:.3f}"
+    only = " only" if one.valid else ""
+    dampings = f"the rotor has two dampings, {two} per rev, the simple model {simple}"
+    return f"{against} the mean of a locked pair{only}: {dampings}; error {error}"
 
 
 def _where(limit: Limit) -> str:

@@ -7,6 +7,7 @@ import io
 import json
 import math
 import os
+import re
 import shutil
 import subprocess
 import sys
@@ -18,7 +19,7 @@ from typing import Any
 import h5py
 import pytest
 
-from floquet import Rotor, compare, validity_limit
+from floquet import Rotor, compare, load_rotor, lock_windows, validity_limit
 from floquet.cli import ROTOR_FLAGS, command, main, progress
 from floquet.report import NO_INFLOW
 from floquet.store import data_digest
@@ -152,6 +153,53 @@ def test_no_motion_decays_with_the_mean_of_a_lock(run: Floquet) -> None:
     assert "no exponent of the rotor" in run("analyse", file, "--advance-ratio", "0.35").out
 
 
+def test_a_verdict_against_a_mean_says_so(run: Floquet) -> None:
+    """Bo 105 at μ = 1, locked: coning's 2.55 % is against the mean of two dampings that no simple mode has."""
+    file = ROOT / "data" / "rotors" / "bo105.toml"
+    text = run("validity", file, "--advance-ratio", "1").out
+    two = "the rotor has two dampings, 0.147 and 0.489 per rev, the simple model one, 0.296"
+    assert f"coning: valid against the mean of a locked pair only: {two}; error 2.55 %" in text
+    assert (
+        "locked at 1 per rev (from μ = " in text.splitlines()[0]
+        and "and holds for coning and advancing only against the mean of a locked pair" in text
+    )
+    row = run("validity", file, "--advance-ratio", "1", "--mode", "coning", "--json").json[0]
+    exact = compare(load_rotor(file), 1.0).stability.exponents
+    assert row["rule"] == "MEAN" and row["dampings"] == sorted(-exact.real)
+    assert 2 * row["simple_dampings"][0] == pytest.approx(0.592, abs=1e-3)
+    assert "held against the pair's mean" in run("validity", file, "--mode", "coning").out
+
+
+def test_a_verdict_names_the_lock_it_is_in(run: Floquet) -> None:
+    lynx = ROOT / "data" / "rotors" / "lynx.toml"
+    enter = lock_windows(load_rotor(lynx))[0][0]
+    inside = run("validity", lynx, "--advance-ratio", "0.35").out.splitlines()
+    assert f"the blade is locked at 1 per rev (from μ = {enter:.4g})" in inside[0]
+    assert "for coning, advancing and differential only against the mean of a locked pair" in inside[0]
+    outside = run("validity", lynx, "--advance-ratio", "0.1").out
+    assert "blade is locked" not in outside and "mean of a locked pair" not in outside
+
+
+@pytest.mark.parametrize(
+    "name, unit", [("relative", "%"), ("frequency", "%"), ("damping", "%"), ("absolute", "per rev")]
+)
+def test_a_ratio_is_in_percent(run: Floquet, name: str, unit: str) -> None:
+    text = run("validity", *BLADE, "--advance-ratio", "0.3", "--metric", name, "--tolerance", "0.07").out
+    assert f"(tolerance {'7 %' if unit == '%' else '0.07 per rev'}" in text
+    assert re.search(rf"error [0-9.e-]+ {unit}[;.]", text)
+
+
+@pytest.mark.parametrize("name", ["validity", "analyse"])
+def test_a_speed_in_knots(run: Floquet, name: str) -> None:
+    """μ = V/(ΩR): 123 knots · 1852/3600 over 44.4 rad/s · 4.91 m."""
+    file = ROOT / "data" / "rotors" / "bo105.toml"
+    done = run(name, file, "--knots", "123", "--json").json
+    assert (done if name == "analyse" else done[0])["advance_ratio"] == pytest.approx(0.290255, abs=5e-7)
+    refused(run(name, file, "--knots", "123", "--advance-ratio", "0.3"), "--knots and --advance-ratio")
+    refused(run(name, "--lock-number", "8", "--radius", "5", "--knots", "123"), "without --rotor-speed:")
+    refused(run(name, file, "--knots", "nan"), "knots", "finite")
+
+
 def test_csv_is_a_table_with_numbers(run: Floquet) -> None:
     rows = list(csv.DictReader(io.StringIO(run("analyse", *BLADE, "--advance-ratio", "0.3", "--csv").out)))
     assert [row["name"] for row in rows] == ["regressing", "coning", "advancing", "differential"]
@@ -204,6 +252,7 @@ def test_one_warning_a_command_on_stderr(run: Floquet) -> None:
         (("validity", "--lock-number", "8", "--mu-max", "-1"), ("mu_max",)),
         (("validity", "--lock-number", "8", "--hub", "teetering", "--mode", "coning"), ("coning", "regressing")),
         (("rotor", "missing.toml"), ("missing.toml",)),
+        (("rotor", "--lock-number", "8", "--csv", "--json"), ("--json and --csv", "one of them")),
         (("rotor", "."), (".",)),
         (("validity", "missing.h5"), ("missing.h5",)),
     ],
@@ -290,6 +339,7 @@ def test_run_resume_and_dry_run(run: Floquet, database: str) -> None:
     assert not Path("new.h5").exists()
     done = run("run", "small.toml", "-o", "new.h5", "--workers", "1")
     assert done.status == 0 and done.out.startswith("new.h5: 14 points, 14 limits")
+    assert run("run", "small.toml", "-o", "json.h5", "--workers", "1", "--json").json["path"] == "json.h5"
     refused(run("run", "small.toml", "-o", "new.h5"), "new.h5", "--resume")
     assert "already, finished" in run("run", "small.toml", "-o", "new.h5", "--resume").out
 
@@ -351,6 +401,7 @@ def test_limits_are_read_from_a_database(run: Floquet, database: str) -> None:
     [
         (("--tolerance", "0.03"), ("0.03", "0.05")),
         (("--advance-ratio", "0.3"), ("--advance-ratio", "rotor file")),
+        (("--knots", "90"), ("--knots", "rotor file")),
         (("--lock-number", "8"), ("--lock-number",)),
         (("small.h5",), ("alone",)),
     ],
