@@ -200,6 +200,10 @@ def test_eigenvalues_bands_limit_lines_and_labels(rows: dict[str, RotorRows], na
     )
     assert all(word in upper.get_title(loc="left") for word in (name, *parameters))
     assert "No dynamic inflow" in upper.figure.get_supxlabel()
+    legend = upper.get_legend()
+    assert legend is not None
+    assert all(h.get_linewidth() > 0 or isinstance(h, Rectangle) for h in legend.legend_handles)
+    assert limit < math.inf or "regressing within 5 % up to" in texts(upper)
 
 
 @pytest.mark.parametrize("name", ["hingeless", "teetering", "heavy"])
@@ -333,6 +337,15 @@ def test_locus_marks_every_tenth_of_mu(rows: dict[str, RotorRows], name: str) ->
         assert np.abs(inside[:, 0] + 1j * inside[:, 1] - max(values, key=lambda z: z.imag)).min() < 1e-3
 
 
+@pytest.mark.parametrize("name", ["soft", "hingeless", "heavy"])
+def test_locus_numbers_stand_apart(rows: dict[str, RotorRows], name: str) -> None:
+    """Two numbers closer than 4 points would read as one: 0.5 and 0 as 0.50."""
+    for ax in root_locus(rows[name].points, rows[name].limits, name=name).figure.axes:
+        boxes = [t.get_window_extent() for t in ax.texts if t.get_text().replace(".", "").isdigit()]
+        wide = [box.padded(4.0 * ax.figure.dpi / 72.0) for box in boxes]
+        assert not [1 for i, a in enumerate(boxes) for b in wide[:i] if a.overlaps(b)]
+
+
 def test_locus_enlarges_all_modes_at_one_scale_that_is_larger(rows: dict[str, RotorRows]) -> None:
     ax = root_locus(rows["hingeless"].points, rows["hingeless"].limits)
     panels = [other for other in ax.figure.axes if other is not ax]
@@ -374,6 +387,28 @@ def test_summary_bars_locks_and_band(rows: dict[str, RotorRows]) -> None:
     assert named == [f"{limit:.3f}" if limit < math.inf else "no limit up to 1" for limit in limits]
     assert [label.get_text().split("\n")[0] for label in ax.get_yticklabels()] == list(rows)
     assert "5 %" in texts(ax) and "dimensionless" in ax.get_xlabel()
+
+
+def test_summary_ends_where_the_rows_end() -> None:
+    """Limits up to 1 and rows up to 0.6: what is beyond has no row, so no bar and no lock says anything of it."""
+    one = computed(ROTORS["hingeless"], np.linspace(0.0, 0.6, 61))._replace(name="short")
+    ax = validity_summary([one])
+    assert ax.get_xlim() == (0.0, 0.6)
+    ends = [p.get_x() + p.get_width() for p in ax.patches if str(p.get_gid()).startswith(("holds", "fails", "lock"))]
+    assert max(ends) == pytest.approx(0.6) and float(one.limits["mu_max"][0]) == 1.0
+    teetering = validity_summary([computed(ROTORS["teetering"], np.linspace(0.0, 0.6, 61))])
+    assert [t.get_text() for t in teetering.texts if t.get_gid() == "limit"] == ["no limit up to 0.6"]
+
+
+def test_summary_says_what_it_judges_by_a_mean_and_what_it_leaves_out(rows: dict[str, RotorRows]) -> None:
+    def footer(name: str) -> str:
+        return str(validity_summary([rows[name]]).figure.get_supxlabel()).replace("\n", " ")
+
+    assert "coning and advancing are held against the pair's mean. Differential is not shown." in footer("hingeless")
+    assert "Inside a lock, advancing is held" in footer("heavy") and "Differential" not in footer("heavy")
+    assert "Differential" not in footer("teetering") and footer("teetering").endswith(
+        "No dynamic inflow in either model."
+    )
 
 
 def test_summary_needs_limits(rows: dict[str, RotorRows]) -> None:
@@ -548,6 +583,13 @@ def test_refusals_are_sentences(
     with pytest.raises(ParameterError) as caught:
         plot_database(database, kind, tmp_path / out, rotor=rotor)
     assert words in str(caught.value) and not os.listdir(tmp_path)
+
+
+@pytest.mark.parametrize("dpi", [0, 19.9, -5, math.nan, math.inf, 1e9])
+def test_dots_per_inch_have_bounds(database: Database, tmp_path: Path, dpi: float) -> None:
+    with pytest.raises(ParameterError, match="20 to 2400 dots per inch"):
+        plot_database(database, "error-vs-mu", tmp_path / "a.png", dpi=dpi)
+    assert not os.listdir(tmp_path)
 
 
 @pytest.mark.parametrize("given", [["soft", "heavy"], "soft, heavy", (1, "Heavy")])

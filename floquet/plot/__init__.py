@@ -55,6 +55,8 @@ SUMMARIES = ("validity-summary",)
 """Kinds that show several rotors; the others show one."""
 MOST = 40
 """Rotors in one summary."""
+SHARPNESS = (20, 2400)
+"""The least and the most dots per inch."""
 FORMATS: dict[str, dict[str, None]] = {"png": {"Software": None}, "pdf": {"CreationDate": None}, "svg": {"Date": None}}
 """What a figure may be written as, and what is left out because it would make two files of one figure differ."""
 
@@ -75,7 +77,7 @@ def plot_database(database: Database | str | Path, kind: str, out: str | Path,
         A rotor's name or its number in the file, for a summary also several, listed or with commas between.  None is
         the first rotor, for a summary every rotor; others are chosen with ``--rotor NAME`` on the command line.
     dpi
-        Dots per inch of a .png.
+        Dots per inch of a .png, 20 to 2400.
     """
     from floquet.query import Database, open_database
 
@@ -84,6 +86,8 @@ def plot_database(database: Database | str | Path, kind: str, out: str | Path,
         raise ParameterError(
             "kind", kind, f"{kind!r} is no kind of figure{did_you_mean(str(kind), KINDS)}; there are {known}"
         )
+    if not SHARPNESS[0] <= dpi <= SHARPNESS[1]:
+        raise ParameterError("dpi", dpi, "a figure has {} to {} dots per inch; print needs 300".format(*SHARPNESS))
     path = _target(out)
     with contextlib.ExitStack() as closing:
         db = database if isinstance(database, Database) else closing.enter_context(open_database(database))

@@ -125,8 +125,7 @@ def _mark_limit(upper: Axes, lower: Axes, found: Failing | None, end: float) -> 
     if found is None:
         return []
     if not found.intervals:
-        text = f"regressing error < {percent(found.tolerance)} up to {found.mu_max:g}"
-        return [Line2D([], [], lw=0, label=text)]
+        return []
     for ax in (upper, lower):
         ax.axvline(found.limit, color="black", lw=0.9, ls=DOTTED, zorder=2, gid="limit", label="_limit")
     for enter, leave in found.intervals:
@@ -140,6 +139,8 @@ def _label_frequencies(ax: Axes, exact: Exact, simple: Mapping[str, Pair], found
     if found is not None and found.intervals:
         heights = [(found.limit, f * ax.get_ylim()[1]) for f in (0.75, 0.68, 0.9, 0.6, 0.4, 0.3, 0.25, 0.2, 0.15)]
         _write_limit(labels, "limit ", found, heights, sides=((-1, 0), (1, 0)), color="black")
+    if found is not None and not found.intervals:
+        _write_no_limit(labels, found, [0.5 * y for y in range(1, 6)])
     for mode in simple:
         if mode != "differential":
             text = "coning, differential" if mode == "coning" and "differential" in simple else mode
@@ -259,7 +260,12 @@ def _label_errors(
         shown = np.where(error > 1.5 * LOWEST, error, np.nan)
         labels.put(mode, along(mu, shown), color=COLOURS[mode], fontsize=SMALL)
     if regressing is not None and not regressing.intervals:
-        text = f"regressing within {percent(regressing.tolerance)} up to $\\mu$ = {regressing.mu_max:g}"
-        start, end = labels.ax.get_xlim()
-        corners = [(start, regressing.tolerance), (end, regressing.tolerance), (start, 0.1), (start, 0.5)]
-        labels.put(text, corners, sides=((1, 1), (-1, 1)), fontsize=SMALL, color=COLOURS["regressing"], optional=True)
+        _write_no_limit(labels, regressing, [regressing.tolerance, 0.1, 0.5], optional=True)
+
+
+def _write_no_limit(labels: Labels, found: Failing, heights: Sequence[float], *, optional: bool = False) -> None:
+    """At the left or the right end, on one of some heights."""
+    text = f"regressing within {percent(found.tolerance)} up to $\\mu$ = {found.mu_max:g}"
+    anchors = [(x, y) for y in heights for x in labels.ax.get_xlim()]
+    style: dict[str, Any] = {"fontsize": SMALL, "color": COLOURS["regressing"], "optional": optional}
+    labels.put(text, anchors, sides=((1, 1), (-1, 1)), **style)

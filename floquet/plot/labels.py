@@ -60,10 +60,14 @@ class Labels:
         return box.width, box.height
 
     def put(self, text: str, anchors: Sequence[tuple[float, float]], *, sides: Sequence[Side] = SIDES,
-            distance: float = 3.0, optional: bool = False, **style: Any) -> Annotation | None:  # fmt: skip
-        """Write beside one of some points in data coordinates, best first; an optional text only where it is clear."""
+            distance: float = 3.0, optional: bool = False, apart: float = PAD,
+            **style: Any) -> Annotation | None:  # fmt: skip
+        """Write beside one of some points in data coordinates, best first; an optional text only where it is clear.
+
+        ``apart`` is what other texts keep away in points.
+        """
         size = self.size(text, **style)
-        places = [self._place(rank, anchor, turn, side, size, distance * self.point)
+        places = [self._place(rank, anchor, turn, side, size, distance * self.point, apart * self.point)
                   for rank, anchor in enumerate(anchors) for turn, side in enumerate(sides)]  # fmt: skip
         places = [place for place in places if math.isfinite(place.cost)]
         if not places:
@@ -82,7 +86,7 @@ class Labels:
         return artist
 
     def _place(self, rank: int, anchor: tuple[float, float], turn: int, side: Side, size: tuple[float, float],
-               distance: float) -> _Place:  # fmt: skip
+               distance: float, apart: float) -> _Place:  # fmt: skip
         x, y = self.ax.transData.transform(anchor)
         if not math.isfinite(x + y):
             return _Place(math.inf, anchor, (0.0, 0.0), side, Bbox.null())
@@ -92,13 +96,13 @@ class Labels:
         left = x + offset[0] - (0.5, 0.0, 1.0)[side[0]] * size[0]
         low = y + offset[1] - (0.5, 0.0, 1.0)[side[1]] * size[1]
         box = Bbox.from_bounds(left, low, *size)
-        return _Place(self._cost(box) + RANK * rank + TURN * turn, anchor, offset, side, box)
+        return _Place(self._cost(box, apart) + RANK * rank + TURN * turn, anchor, offset, side, box)
 
-    def _cost(self, box: Bbox) -> float:
+    def _cost(self, box: Bbox, apart: float) -> float:
         wide = box.padded(PAD * self.point)
         y = self.y[slice(*np.searchsorted(self.x, [wide.x0, wide.x1]))]
         covered = np.count_nonzero((y > wide.y0) & (y < wide.y1))
-        overlaps = sum(bool(wide.overlaps(other)) for other in self.boxes)
+        overlaps = sum(bool(box.padded(apart).overlaps(other)) for other in self.boxes)
         out = max(self.frame.x0 - box.x0, box.x1 - self.frame.x1, self.frame.y0 - box.y0, box.y1 - self.frame.y1, 0.0)
         return COVERED * float(covered) + OVERLAP * overlaps + OUTSIDE * min(out, 10.0)
 

@@ -263,5 +263,6 @@ def _label_mu(labels: Labels, paths: Sequence[_Path], across: Sequence[float]) -
                         fontsize="x-small",
                         optional=True,
                         distance=2.5,
+                        apart=6.0,
                         sides=sides,
                     )

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import functools
+import textwrap
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any, TypeVar
 
@@ -71,8 +72,10 @@ def new_figure(width: float, height: float) -> Figure:
 
 
 def write_footer(figure: Figure, more: str = "") -> None:
-    """Say what is not in the model, and what else is."""
-    figure.supxlabel(" ".join([more, FOOTER]).strip(), fontsize=6.5, color=DARK, x=0.99, ha="right")
+    """Say what is not in the model; ``more`` goes before what the footer says already."""
+    text = " ".join([more, figure.get_supxlabel().replace("\n", " ") or FOOTER]).strip()
+    room = int(20.0 * figure.get_figwidth())  # characters in a line
+    figure.supxlabel(textwrap.fill(text, room), fontsize=6.5, color=DARK, x=0.99, ha="right")
 
 
 def root_figure(ax: Axes) -> Figure:

@@ -5,11 +5,13 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any, NamedTuple
 
+import numpy as np
 from matplotlib.patches import Patch
 from matplotlib.ticker import MultipleLocator
 
+from floquet.comparison import Rule
 from floquet.errors import ParameterError
-from floquet.plot.curves import Failing, Rows, all_intervals, checked, failing, lock_bands, modes_of, span
+from floquet.plot.curves import Band, Failing, Rows, all_intervals, checked, failing, lock_bands, modes_of, span
 from floquet.plot.labels import Labels, Side
 from floquet.plot.parts import (
     COLOURS,
@@ -26,6 +28,7 @@ from floquet.plot.parts import (
     settle,
     styled,
     wide,
+    write_footer,
 )  # fmt: skip
 
 if TYPE_CHECKING:
@@ -51,22 +54,49 @@ class RotorRows(NamedTuple):
 
 @styled
 def validity_summary(rotors: Sequence[RotorRows], *, ax: Axes | None = None, width: float = PAGE) -> Axes:
-    """For every rotor the ranges of μ in which the TPP modes hold or fail, with locks and the folklore band."""
+    """For every rotor the ranges of μ in which the TPP modes hold or fail, with locks and the folklore band.
+
+    Bars end where the rows or the limits of a rotor do, whichever is first: beyond, its locks are not known.
+    """
     found = [_failings(rotor) for rotor in rotors]
     every = [limit for limits in found for limit in limits.values()]
-    ax = new_figure(width, 1.1 + ROW * len(rotors)).subplots() if ax is None else ax
-    end = max(limit.mu_max for limit in every)
+    own = ax is None
+    ax = new_figure(width, 1.2 + ROW * len(rotors)).subplots() if ax is None else ax
+    ends = [_end(rotor, limits) for rotor, limits in zip(rotors, found, strict=True)]
+    end = max(ends)
     ax.set(xlim=(0.0, end), ylim=(len(rotors) + 0.12, 0.0), xlabel=MU_LABEL)
     _folklore(ax)
     for row, (rotor, limits) in enumerate(zip(rotors, found, strict=True)):
-        _bars(ax, row, rotor.points, limits)
+        _bars(ax, row, rotor.points, limits, ends[row])
     _frame(ax, rotors)
     _head(ax, {limit.tolerance for limit in every}, locked=any(lock_bands(r.points) for r in rotors))
+    if own:
+        write_footer(root_figure(ax), _notes(rotors, ends))
     settle(ax)
     labels = Labels(ax, avoid_lines=False, margin=2.0)
     for row, (rotor, limits) in enumerate(zip(rotors, found, strict=True)):
-        _label_row(labels, row, rotor, limits, end)
+        _label_row(labels, row, rotor, limits, end, ends[row])
     return ax
+
+
+def _end(rotor: RotorRows, limits: Mapping[str, Failing]) -> float:
+    """The last μ that is known: of the rows and of the limits."""
+    return min(span(rotor.points)[1], max(limit.mu_max for limit in limits.values()))
+
+
+def _notes(rotors: Sequence[RotorRows], ends: Sequence[float]) -> str:
+    """What the bars do not show by themselves: modes judged against a mean, and the mode left out."""
+    mean = [mode for mode in BARS if any(_against_mean(r.points, mode, e) for r, e in zip(rotors, ends, strict=True))]
+    modes = " and ".join(filter(None, [", ".join(mean[:-1]), *mean[-1:]]))
+    verb = "is" if len(mean) == 1 else "are"
+    notes = [f"Inside a lock, {modes} {verb} held against the pair's mean."] if mean else []
+    if any("differential" in modes_of(rotor.points) for rotor in rotors):
+        notes.append("Differential is not shown.")
+    return " ".join(notes)
+
+
+def _against_mean(rows: Rows, mode: str, end: float) -> bool:
+    return mode in modes_of(rows) and bool(np.any((rows[f"rule_{mode}"] == Rule.MEAN) & (rows["advance_ratio"] <= end)))
 
 
 def _failings(rotor: RotorRows) -> dict[str, Failing]:
@@ -85,18 +115,24 @@ def _folklore(ax: Axes) -> None:
         ax.axvline(mu, color="#8A7F00", lw=0.6, ls=(0, (3, 2)), zorder=4, gid="folklore edge")
 
 
-def _bars(ax: Axes, row: int, rows: Rows, limits: Mapping[str, Failing]) -> None:
+def _bars(ax: Axes, row: int, rows: Rows, limits: Mapping[str, Failing], end: float) -> None:
     """Full colour where a mode holds, pale where it fails, hatched over the locks."""
     for mode, limit in limits.items():
         top, height = BARS[mode]
         style: dict[str, Any] = {"height": height, "align": "edge", "lw": 0}
-        ax.barh(row + top, limit.mu_max, color=COLOURS[mode], zorder=2, gid=f"holds {mode}", **style)
+        ax.barh(row + top, end, color=COLOURS[mode], zorder=2, gid=f"holds {mode}", **style)
         for enter, leave in all_intervals(rows, mode, limit):
-            ax.barh(row + top, min(leave, limit.mu_max) - enter, left=enter, color=pale(COLOURS[mode]), zorder=2.5,
-                    gid=f"fails {mode}", **style)  # fmt: skip
-    for enter, leave, lock in lock_bands(rows):
-        ax.barh(row + LOCK[0], min(leave, span(rows)[1]) - enter, left=enter, height=LOCK[1], align="edge", fill=False,
+            if enter < end:
+                ax.barh(row + top, min(leave, end) - enter, left=enter, color=pale(COLOURS[mode]), zorder=2.5,
+                        gid=f"fails {mode}", **style)  # fmt: skip
+    for enter, leave, lock in _locks(rows, end):
+        ax.barh(row + LOCK[0], leave - enter, left=enter, height=LOCK[1], align="edge", fill=False,
                 hatch="////", ec="0.3", lw=0.0, zorder=3, gid=f"lock {lock:g}")  # fmt: skip
+
+
+def _locks(rows: Rows, end: float) -> list[Band]:
+    """Lock bands up to an end."""
+    return [(enter, min(leave, end), lock) for enter, leave, lock in lock_bands(rows) if enter < end]
 
 
 def _frame(ax: Axes, rotors: Sequence[RotorRows]) -> None:
@@ -125,7 +161,9 @@ def _head(ax: Axes, tolerances: set[float], *, locked: bool) -> None:
     )  # fmt: skip
 
 
-def _label_row(labels: Labels, row: int, rotor: RotorRows, limits: Mapping[str, Failing], end: float) -> None:
+def _label_row(
+    labels: Labels, row: int, rotor: RotorRows, limits: Mapping[str, Failing], right: float, end: float
+) -> None:
     """The regressing limit at its end, the locks' frequencies above their bars, the modes' names at the right."""
     ax, beside = labels.ax, wide(root_figure(labels.ax))
     if not beside:
@@ -139,22 +177,22 @@ def _label_row(labels: Labels, row: int, rotor: RotorRows, limits: Mapping[str, 
             textcoords="offset points", ha="left", fontsize=size, color=COLOURS[mode], annotation_clip=False,
         )  # fmt: skip
     if "regressing" in limits:
-        _write_limit(ax, row, limits["regressing"], end)
-    for enter, leave, lock in lock_bands(rotor.points):
-        a, b = enter, min(leave, end)
+        _write_limit(ax, row, limits["regressing"], right, end)
+    for a, b, lock in _locks(rotor.points, end):
         text = f"lock, {per_rev(lock)}" if beside else per_rev(lock).replace(" per ", "/")
         anchors = [(a, row + 0.27)] if beside else [(b, row + 0.27), (0.5 * (a + b), row + 0.27), (a, row + 0.27)]
         sides: tuple[Side, ...] = ((1, 1), (-1, 1)) if beside else ((-1, 1), (0, 1), (1, 1))
         labels.put(text, anchors, sides=sides, distance=0.8, fontsize=6.0, color=DARK, optional=not beside)
 
 
-def _write_limit(ax: Axes, row: int, limit: Failing, end: float) -> None:
+def _write_limit(ax: Axes, row: int, limit: Failing, right: float, end: float) -> None:
     """Inside the bar if it is long enough, on its colour, so that no hatching crosses it."""
     top, height = BARS["regressing"]
-    inside = min(limit.limit, limit.mu_max) > 0.14 * end
+    at = min(limit.limit, end)
+    inside = at > 0.14 * right
     ax.annotate(
-        f"{limit.limit:.3f}" if limit.intervals else f"no limit up to {limit.mu_max:g}",
-        (min(limit.limit, limit.mu_max), row + top + 0.5 * height), (-4.0 if inside else 4.0, 0.0), va="center",
+        f"{limit.limit:.3f}" if limit.limit <= end else f"no limit up to {end:g}",
+        (at, row + top + 0.5 * height), (-4.0 if inside else 4.0, 0.0), va="center",
         textcoords="offset points", ha="right" if inside else "left", fontsize=7.0, weight="bold", zorder=6,
         color="white" if inside else "black", gid="limit",
         bbox={"boxstyle": "square,pad=0.15", "fc": COLOURS["regressing"] if inside else "white", "lw": 0.0},
