@@ -55,9 +55,19 @@ class Shard:
     stop: int
 
     @property
+    def name(self) -> str:
+        """Table and range, which the shard keeps as an attribute."""
+        return f"{self.table}-{self.start:012d}-{self.stop:012d}"
+
+    @property
     def file(self) -> str:
         """Its name in the folder."""
-        return f"{self.table}-{self.start:012d}-{self.stop:012d}.h5"
+        return f"{self.name}.h5"
+
+    def holds(self, rows: int) -> bool:
+        """Whether so many rows are right: of limits at least one a design."""
+        count = self.stop - self.start
+        return rows == count if self.table == "points" else rows >= count
 
 
 def _sizes(plan: Plan) -> dict[str, int]:
@@ -81,15 +91,18 @@ def _shards(plan: Plan) -> list[Shard]:
 def _make(plan: Plan, shard: Shard, folder: Path, study_id: str) -> str:
     """Compute a shard and write it: what a worker does."""
     rows = TABLE_ROWS[shard.table](plan, shard.start, shard.stop)
-    store.write(folder / shard.file, {shard.table: rows}, {"study_id": study_id, "engine_version": ENGINE})
+    about = {"study_id": study_id, "engine_version": ENGINE, "shard": shard.name}
+    store.write(folder / shard.file, {shard.table: rows}, about)
     return shard.file
 
 
 def _sound(shard: Shard, folder: Path, study_id: str) -> bool:
-    """Whether a shard is there, whole and of this study."""
+    """Whether a shard is there, whole, of this study and of its range."""
     try:
         with store.open_file(folder / shard.file) as file:
-            return file.attributes.get("study_id") == study_id and not any(True for _ in file.damaged())
+            ours = (file.attributes.get("study_id"), file.attributes.get("shard")) == (study_id, shard.name)
+            complete = file.tables == (shard.table,) and shard.holds(file.rows(shard.table))
+            return ours and complete and not any(True for _ in file.damaged())
     except FloquetError:
         return False
 
@@ -166,8 +179,16 @@ def run(
     if workers < 1:
         raise InputError(f"workers = {workers} is no number of processes: give 1 or more")
     shards, folder = _shards(study.plan), parts_of(out)
-    if out.exists() and _finished(out, study_id, resume):
-        return RunReport(path=out, points=study.plan.points, limits=0, seconds=0.0, computed=0, reused=len(shards))
+    if out.exists():
+        rows = _finished(out, study_id, resume)
+        return RunReport(
+            path=out,
+            points=rows.get("points", 0),
+            limits=rows.get("limits", 0),
+            seconds=0.0,
+            computed=0,
+            reused=len(shards),
+        )
     with _locked(folder, study, resume):
         kept = {s for s in shards if (folder / s.file).exists() and _sound(s, folder, study_id)}
         todo = [s for s in shards if s not in kept]
@@ -196,8 +217,8 @@ def run(
     )
 
 
-def _finished(out: Path, study_id: str, resume: bool) -> bool:
-    """Whether ``out`` is this study, finished; anything else there is refused."""
+def _finished(out: Path, study_id: str, resume: bool) -> dict[str, int]:
+    """The rows of each table of ``out`` if it is this study, finished; anything else there is refused."""
     if not resume:
         raise InputError(
             f"{out} is there already: choose another name, move it away, "
@@ -209,7 +230,7 @@ def _finished(out: Path, study_id: str, resume: bool) -> bool:
                 f"{out} holds another study (or one of another version of the engine): "
                 "choose another name or move it away"
             )
-    return True
+        return {t: file.rows(t) for t in file.tables}
 
 
 @contextlib.contextmanager
@@ -245,7 +266,7 @@ def _locked(folder: Path, study: Study, resume: bool) -> Iterator[None]:
                 raise InputError(
                     f"{folder} holds an unfinished run: go on with it by --resume, or remove the folder to start again"
                 )
-            if json.loads(journal.read_text(encoding="utf-8")).get("study_id") != study.id:
+            if _journal(folder).get("study_id") != study.id:
                 raise InputError(
                     f"{folder} holds an unfinished run of another study: choose another output, or remove the folder"
                 )
@@ -306,6 +327,8 @@ def _compute(
                 result()
             except InputError as error:
                 failed.append((shard.file, str(error)))
+            except (ValueError, ArithmeticError) as error:  # NumPy's and SciPy's, LinAlgError is a ValueError
+                failed.append((shard.file, f"the computation failed ({type(error).__name__}: {error})"))
             except BrokenExecutor as error:
                 raise FailedError(
                     "a worker process died, perhaps for want of memory; finished shards are kept: "
@@ -355,26 +378,31 @@ def pack(folder: str | Path, out: str | Path) -> dict[str, int]:
         raise DatabaseError(
             folder, "this is not the folder of a study: pack takes OUT.h5.parts, which floquet run leaves when it stops"
         )
+    about = _journal(folder)
     try:
-        about = json.loads(journal.read_text(encoding="utf-8"))
         shards = {
             t: _listed(t, about["designs" if t == "limits" else "points"], size) for t, size in about["sizes"].items()
         }
-    except (ValueError, KeyError, TypeError) as error:
-        raise DatabaseError(folder, "its study.json is damaged: run the study again") from error
-    missing = [s.file for group in shards.values() for s in group if not (folder / s.file).exists()]
+        attributes = _attributes(
+            about["title"], about["study_id"], about["names"], about["options"], _text(folder / "study.toml")
+        )
+    except (ValueError, KeyError, TypeError, AttributeError) as error:
+        if isinstance(error, DatabaseError):
+            raise
+        raise DatabaseError(folder, DAMAGED_JOURNAL) from error
+    everything = [s for group in shards.values() for s in group]
+    missing = [s for s in everything if not (folder / s.file).exists()]
     if missing:
         raise DatabaseError(
-            folder,
-            f"{len(missing)} of {sum(map(len, shards.values()))} shards are missing: finish the study with --resume",
+            folder, f"{len(missing)} of {len(everything)} shards are missing: finish the study with --resume"
         )
-    attributes = _attributes(
-        about["title"],
-        about["study_id"],
-        about["names"],
-        about["options"],
-        (folder / "study.toml").read_text(encoding="utf-8"),
-    )
+    wrong = [s.file for s in everything if not _sound(s, folder, about["study_id"])]
+    if wrong:
+        raise DatabaseError(
+            folder,
+            f"{len(wrong)} of {len(everything)} shards are damaged or of another study or range, the first {wrong[0]}: "
+            "make them again with --resume",
+        )
     with contextlib.ExitStack() as stack:
         rows = {
             t: sum(_rows_of(folder / s.file, t) for s in group) for t, group in sorted(shards.items(), reverse=True)
@@ -385,6 +413,32 @@ def pack(folder: str | Path, out: str | Path) -> dict[str, int]:
                 with store.open_file(folder / shard.file) as file:
                     store.copy_rows(file, table, writer)
     return rows
+
+
+DAMAGED_JOURNAL = "its study.json is damaged: remove the folder and run the study again"
+
+
+def _journal(folder: Path) -> dict[str, Any]:
+    """What study.json says."""
+    try:
+        about = json.loads(_text(folder / "study.json"))
+    except ValueError as error:
+        if isinstance(error, DatabaseError):
+            raise
+        raise DatabaseError(folder, DAMAGED_JOURNAL) from error
+    if not isinstance(about, dict):
+        raise DatabaseError(folder, DAMAGED_JOURNAL)
+    return about
+
+
+def _text(path: Path) -> str:
+    """A file of a study's folder."""
+    try:
+        return path.read_text(encoding="utf-8")
+    except (OSError, UnicodeDecodeError) as error:
+        raise DatabaseError(
+            path, "this file of the study's folder is missing or cannot be read: put it back, or run the study again"
+        ) from error
 
 
 def _listed(table: str, count: int, size: int) -> list[Shard]:
@@ -436,7 +490,8 @@ def merge(paths: Sequence[str | Path], out: str | Path) -> dict[str, int]:
             seen[file.attributes["study_id"]] = file.path
         counts = [_designs(f) for f in files]
         names = [n for f, c in zip(files, counts, strict=True) for n in (f.names or ("",) * c)]
-        rows = {t: sum(f.rows(t) for f in files if t in f.tables) for t in first.tables}
+        present = [t for t in store.TABLES if any(t in f.tables for f in files)]
+        rows = {t: sum(f.rows(t) for f in files if t in f.tables) for t in present}
         combined = hashlib.blake2b("".join(seen).encode(), digest_size=16).hexdigest()
         text = "\n".join(f"# {f.path}\n{f.attributes.get('input', '')}" for f in files)
         attributes = _attributes(

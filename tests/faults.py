@@ -283,6 +283,7 @@ storage = (
     Mutant("imaginary part lost", STORE, "out.real, out.imag = real, imaginary", "out.real, out.imag = real, 0", KEPT),
     Mutant("damaged shards kept", STUDY, "and not any(True for _ in file.damaged())", "", RUNS),
     Mutant("another study's folder", STUDY, '.get("study_id") != study.id:', '.get("study_id") == "":', RUNS),
+    Mutant("shards packed unchecked", STUDY, "    if wrong:\n", "    if False:\n", RUNS),
     Mutant("parts packed unfinished", STUDY, "    if missing:\n", "    if False:\n", RUNS),
     Mutant("rotors not numbered on", STORE, "np.int32(rotor_offset)", "np.int32(0)", RUNS),
     Mutant("names of a query unchecked", QUERY, "        if name in self.dtypes:\n", "        if True:\n", ASKED),

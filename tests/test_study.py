@@ -205,7 +205,8 @@ def test_another_study_is_not_mixed_in(file: Path, tmp_path: Path) -> None:
     study.run(one, out)
     with pytest.raises(InputError, match="is there already"):
         study.run(one, out)
-    assert study.run(one, out, resume=True).computed == 0
+    again = study.run(one, out, resume=True)
+    assert (again.computed, again.points, again.limits) == (0, 600, 68)
     file.write_text(SMALL.replace("8.0", "8.5"))
     with pytest.raises(InputError, match="another study"):
         study.run(study.load_study(file), out, resume=True)
@@ -249,6 +250,104 @@ def test_a_failed_shard_does_not_stop_the_others(file: Path, tmp_path: Path, mon
     assert not (tmp_path / "out.h5").exists() and study.parts_of(tmp_path / "out.h5").exists()
     with pytest.raises(DatabaseError, match="1 of 10 shards are missing"):
         study.pack(study.parts_of(tmp_path / "out.h5"), tmp_path / "out.h5")
+
+
+@pytest.mark.usefixtures("quick")
+@pytest.mark.parametrize("error", [np.linalg.LinAlgError("singular"), ValueError("no root"), ZeroDivisionError("by 0")])
+def test_a_numerical_failure_is_a_failed_shard(
+    file: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, error: Exception
+) -> None:
+    real = study.TABLE_ROWS["points"]
+
+    def failing(plan: Any, start: int, stop: int) -> Any:
+        if start == 200:
+            raise error
+        return real(plan, start, stop)
+
+    monkeypatch.setitem(study.TABLE_ROWS, "points", failing)
+    report = study.run(study.load_study(file), tmp_path / "out.h5")
+    assert report.computed == 9 and len(report.failed) == 1
+    assert str(error) in report.failed[0][1] and type(error).__name__ in report.failed[0][1]
+
+
+def _no_room(program: str, kilobytes: int) -> subprocess.CompletedProcess[str]:
+    """A child that may write so many kilobytes a file and prints the error it meets."""
+    limited = f"""
+import resource
+from floquet.errors import StorageError
+from floquet import study
+from floquet.export import export
+resource.setrlimit(resource.RLIMIT_FSIZE, ({kilobytes * 1024}, {kilobytes * 1024}))
+try:
+    {program}
+except StorageError as error:
+    print(error)
+"""
+    return subprocess.run([sys.executable, "-c", limited], capture_output=True, text=True)
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="file size limits are POSIX")
+def test_a_full_disk_in_a_worker_process_is_one_sentence(file: Path, tmp_path: Path) -> None:
+    done = _no_room(f"study.run(study.load_study({str(file)!r}), {str(tmp_path / 'out.h5')!r}, workers=2)", 20)
+    assert done.returncode == 0 and "Traceback" not in done.stderr, done.stderr
+    assert "limit on file sizes" in done.stdout and done.stdout.count("\n") == 1
+
+
+def _unpacked(file: Path, out: Path) -> Path:
+    """The folder of a finished study whose packing did not come about."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(study, "pack", lambda *_: (_ for _ in ()).throw(KeyboardInterrupt))
+        with pytest.raises(KeyboardInterrupt):
+            study.run(study.load_study(file), out)
+    return study.parts_of(out)
+
+
+def _another_study(a: Path, b: Path) -> None:
+    with h5py.File(a, "r+") as changed:
+        changed.attrs["study_id"] = "f" * 32
+        changed.attrs["attributes_digest"] = store._attributes_digest(changed)
+
+
+def _fewer_rows(a: Path, b: Path) -> None:
+    with store.open_file(a) as source:
+        attributes = dict(source.attributes)
+        [(_, rows)] = list(source.chunks("points", list(store.POINTS)))
+    store.write(a, {"points": {n: v[:-1] for n, v in rows.items()}}, attributes)
+
+
+def _damaged(a: Path, b: Path) -> None:
+    with h5py.File(a, "r+") as changed:
+        changed["points/lock_number"][0] += 1.0
+
+
+@pytest.mark.usefixtures("quick")
+@pytest.mark.parametrize("change", [_another_study, _fewer_rows, _damaged, lambda a, b: a.write_bytes(b.read_bytes())])
+def test_pack_takes_only_sound_shards_of_the_study(file: Path, tmp_path: Path, change: Any) -> None:
+    folder = _unpacked(file, tmp_path / "out.h5")
+    first, second = sorted(folder.glob("points-*.h5"))[:2]
+    change(first, second)
+    with pytest.raises(DatabaseError, match=rf"1 of 10 shards are damaged or of another study.*{first.name}"):
+        study.pack(folder, tmp_path / "out.h5")
+    assert study.run(study.load_study(file), tmp_path / "out.h5", resume=True).computed == 1
+
+
+@pytest.mark.usefixtures("quick")
+def test_pack_says_what_is_wrong_with_its_folder(file: Path, tmp_path: Path) -> None:
+    folder = _unpacked(file, tmp_path / "out.h5")
+    (folder / "study.toml").write_bytes(b"\xff")
+    with pytest.raises(DatabaseError, match=r"study\.toml: this file .* cannot be read"):
+        study.pack(folder, tmp_path / "out.h5")
+    (folder / "study.toml").unlink()
+    with pytest.raises(DatabaseError, match=r"study\.toml: this file .* is missing"):
+        study.pack(folder, tmp_path / "out.h5")
+    for text in ("", "[]", '{"sizes": {"points": 0}, "points": 3}'):
+        (folder / "study.json").write_text(text)
+        with pytest.raises(DatabaseError, match=r"study\.json is damaged"):
+            (folder / "study.toml").write_text("")
+            study.pack(folder, tmp_path / "out.h5")
+    (folder / "study.json").write_text("{")
+    with pytest.raises(DatabaseError, match=r"study\.json is damaged"):
+        study.run(study.load_study(file), tmp_path / "out.h5", resume=True)
 
 
 @pytest.mark.skipif(not hasattr(__import__("os"), "fork"), reason="children are forked")
@@ -312,6 +411,15 @@ def test_merge_numbers_the_rotors_on(two: tuple[Path, Path], tmp_path: Path) -> 
         assert merged.names == ("eight", "two blades", "eight", "two blades")
         np.testing.assert_array_equal(rows["error_regressing"][10:], theirs["error_regressing"])
     assert store.verify(tmp_path / "m.h5") == ()
+
+
+def test_merge_keeps_a_table_that_the_first_file_has_not(two: tuple[Path, Path], tmp_path: Path) -> None:
+    bare = tmp_path / "bare.toml"
+    bare.write_text((tmp_path / "a.toml").read_text().replace("tolerances = [0.05]", "tolerances = []"))
+    study.run(study.load_study(bare), tmp_path / "bare.h5")
+    assert study.merge([tmp_path / "bare.h5", two[1]], tmp_path / "m.h5") == {"points": 20, "limits": 6}
+    with store.open_file(tmp_path / "m.h5") as merged:
+        assert set(next(merged.chunks("limits", ["rotor"]))[1]["rotor"].tolist()) == {2, 3}
 
 
 def test_merge_refuses_what_does_not_belong_together(two: tuple[Path, Path], tmp_path: Path) -> None:
