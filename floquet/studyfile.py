@@ -12,6 +12,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import hashlib
 import json
 from collections.abc import Iterator, Mapping
@@ -21,14 +22,14 @@ from pathlib import Path
 from typing import Annotated, Any, Literal
 
 import numpy as np
-from pydantic import ConfigDict, Field
+from pydantic import AfterValidator, ConfigDict, Discriminator, Field, Tag, create_model
 
 from .comparison import Metric, Model
 from .errors import ConfigError, InputError, Problem, did_you_mean
 from .models import Physics
 from .rotor import PARAMETERS, Hub, Rotor, load_rotor
 from .sweep import ENGINE, Plan
-from .tomlfile import Table, read_toml
+from .tomlfile import Document, Table, read_document
 
 __all__ = ["Study", "StudyFile", "load_study"]
 
@@ -49,7 +50,59 @@ class Range(_Table):
         return [float(x) for x in np.linspace(self.start, self.stop, self.count)]
 
 
-Axis = Range | list[float]
+def _form(value: Any) -> str:
+    """Which form of an axis is written, so that only its own rule is told."""
+    return "range" if isinstance(value, dict | Range) else "list" if isinstance(value, list) else "one"
+
+
+def _interval(value: list[float]) -> list[float]:
+    if len(value) != 2 or not value[0] < value[1]:
+        raise ValueError(f"{value} is no interval: give [low, high] with low below high")
+    return value
+
+
+def _power_of_two(value: int) -> int:
+    if not 0 < value <= MOST or value & (value - 1):
+        raise ValueError(
+            f"count = {value} is no power of two from 1 to {MOST}: Sobol points keep their balance only so"
+        )
+    return value
+
+
+MOST = 2**23  # Sobol points
+_Ranged = Annotated[Range, Tag("range")]
+Axis = Annotated[
+    _Ranged | Annotated[list[float], Tag("list")], Discriminator(lambda v: _form(v).replace("one", "list"))
+]
+_Axis = Annotated[
+    _Ranged | Annotated[list[float], Field(min_length=1), Tag("list")] | Annotated[float, Tag("one")],
+    Discriminator(_form),
+]
+_Listed = Discriminator(lambda v: "list" if isinstance(v, list) else "one")
+_Blades = Annotated[Annotated[list[int], Field(min_length=1), Tag("list")] | Annotated[int, Tag("one")], _Listed]
+_Hubs = Annotated[Annotated[list[str], Field(min_length=1), Tag("list")] | Annotated[str, Tag("one")], _Listed]
+_Interval = Annotated[list[float], AfterValidator(_interval)]
+_NAMES = tuple(p.name for p in PARAMETERS)
+
+GridTable: type[_Table] = create_model(
+    "GridTable",
+    __base__=_Table,
+    **{name: (_Axis | None, None) for name in _NAMES},
+    blades=(_Blades | None, None),
+    hub=(_Hubs | None, None),
+)  # type: ignore[call-overload]
+GridTable.__doc__ = "``[rotors.grid]``: a number, a list or a range a parameter; the rotors are their outer product."
+
+SobolTable: type[_Table] = create_model(
+    "SobolTable",
+    __base__=_Table,
+    count=(Annotated[int, AfterValidator(_power_of_two)], ...),
+    seed=(Annotated[int, Field(ge=0)], 0),
+    **{name: (_Interval | None, None) for name in _NAMES},
+    blades=(int | None, None),
+    hub=(str | None, None),
+)  # type: ignore[call-overload]
+SobolTable.__doc__ = "``[rotors.sobol]``: how many points, a seed, and [low, high] of every parameter that varies."
 
 
 class StudyTable(_Table):
@@ -65,8 +118,8 @@ class RotorsTable(_Table):
 
     files: list[str] = Field(default_factory=list)
     rotors: list[dict[str, Any]] = Field(default_factory=list, alias="list")
-    grid: dict[str, Any] = Field(default_factory=dict)
-    sobol: dict[str, Any] = Field(default_factory=dict)
+    grid: GridTable | None = None  # type: ignore[valid-type]
+    sobol: SobolTable | None = None  # type: ignore[valid-type]
 
 
 class AxesTable(_Table):
@@ -123,7 +176,8 @@ class Study:
 def load_study(path: str | Path) -> Study:
     """Read a study file; every problem at once, with its line."""
     path = Path(path)
-    data = read_toml(path, StudyFile)
+    document = read_document(path)
+    data = document.validate(StudyFile)
     try:
         compare = data.compare
         model: Model | None = None if compare.model == "auto" else compare.model
@@ -138,7 +192,7 @@ def load_study(path: str | Path) -> Study:
         ]
         mu = data.axes.advance_ratio
         plan = Plan(
-            rotors=tuple(_rotors(data.rotors, path.parent)),
+            rotors=tuple(_rotors(data.rotors, document)),
             advance_ratio=np.array(_values(mu)),
             model=model,
             physics=physics,
@@ -157,22 +211,40 @@ def load_study(path: str | Path) -> Study:
     )
 
 
-def _values(axis: Axis) -> list[float]:
-    return axis.values() if isinstance(axis, Range) else axis
+def _values(axis: Any) -> list[Any]:
+    """The values of an axis in any of its forms."""
+    return axis.values() if isinstance(axis, Range) else axis if isinstance(axis, list) else [axis]
 
 
-def _rotors(table: RotorsTable, folder: Path) -> Iterator[Rotor]:
+def _rotors(table: RotorsTable, document: Document) -> Iterator[Rotor]:
     """The rotors of a study in the order files, list, grid, sobol."""
-    if not (table.files or table.rotors or table.grid or table.sobol):
+    written = document.data["rotors"]
+    if not any(written.get(key) for key in ("files", "list", "grid", "sobol")):
         raise InputError("[rotors] is empty: give files = [...], list = [...], grid = {...} or sobol = {...}")
     for file in table.files:
-        yield load_rotor(folder / file)
-    for values in table.rotors:
-        yield _rotor(values)
-    if table.grid:
-        yield from _grid(table.grid)
-    if table.sobol:
-        yield _sobol(dict(table.sobol))
+        yield load_rotor(Path(document.path).parent / file)
+    for i, values in enumerate(table.rotors):
+        with _located(document, "list", i):
+            yield _rotor(values)
+    # in the order of the file, which decides the order of the rotors
+    if written.get("grid"):
+        with _located(document, "grid"):
+            yield from _grid({name: _values(getattr(table.grid, name)) for name in written["grid"]})
+    if written.get("sobol"):
+        with _located(document, "sobol"):
+            yield _sobol({name: getattr(table.sobol, name) for name in written["sobol"]})
+
+
+@contextlib.contextmanager
+def _located(document: Document, *key: str | int) -> Iterator[None]:
+    """What a Rotor finds wrong, with the line of the file."""
+    try:
+        yield
+    except ConfigError:
+        raise
+    except InputError as error:
+        line = document.line("rotors", *key, getattr(error, "name", ""))
+        raise ConfigError(document.path, [Problem(line, "", str(error))]) from error
 
 
 def _rotor(values: Mapping[str, Any]) -> Rotor:
@@ -186,9 +258,8 @@ def _rotor(values: Mapping[str, Any]) -> Rotor:
     return Rotor(**fields)
 
 
-def _grid(grid: Mapping[str, Any]) -> Iterator[Rotor]:
+def _grid(axes: dict[str, list[Any]]) -> Iterator[Rotor]:
     """The outer product of the axes, the last one fastest; one Rotor a number of blades and hub."""
-    axes = {name: _axis(name, value) for name, value in grid.items()}
     outer = {n: axes.pop(n) for n in ("hub", "blades") if n in axes}
     mesh = np.meshgrid(*[np.array(v, float) for v in axes.values()], indexing="ij") if axes else []
     values = {name: m.ravel() for name, m in zip(axes, mesh, strict=True)}
@@ -196,37 +267,13 @@ def _grid(grid: Mapping[str, Any]) -> Iterator[Rotor]:
         yield _rotor(dict(zip(outer, chosen, strict=True)) | values)
 
 
-def _axis(name: str, value: Any) -> list[Any]:
-    if isinstance(value, dict):
-        return (
-            Range.model_validate(value).values() if set(value) == {"start", "stop", "count"} else _no_axis(name, value)
-        )
-    return list(value) if isinstance(value, list) and value else [value]
-
-
-def _no_axis(name: str, value: Any) -> list[Any]:
-    raise InputError(
-        f"rotors.grid.{name}: {value!r} is no axis: give {{start = …, stop = …, count = …}} or a list of values"
-    )
-
-
 def _sobol(spec: dict[str, Any]) -> Rotor:
     """Sobol points in a box, scrambled with a seed."""
     from scipy.stats import qmc
 
-    count, seed = spec.pop("count", 0), spec.pop("seed", 0)
+    count, seed = spec.pop("count"), spec.pop("seed", 0)
     fixed = {k: spec.pop(k) for k in ("hub", "blades") if k in spec}
-    if not (isinstance(count, int) and count > 0 and count & (count - 1) == 0 and isinstance(seed, int)):
-        raise InputError(
-            f"rotors.sobol: count = {count!r} is no power of two above 0 (with a whole seed): "
-            "Sobol points keep their balance only so"
-        )
-    bounds = {}
-    for name, value in spec.items():
-        if not (isinstance(value, list) and len(value) == 2 and value[0] < value[1]):
-            raise InputError(f"rotors.sobol.{name}: {value!r} is no interval: give [low, high]")
-        bounds[name] = value
-    unit = qmc.Sobol(len(bounds), scramble=True, rng=np.random.default_rng(seed)).random(count)
-    return _rotor(
-        fixed | {name: low + (high - low) * unit[:, i] for i, (name, (low, high)) in enumerate(bounds.items())}
-    )
+    if not spec:
+        raise InputError("rotors.sobol: no parameter varies: give one [low, high], such as lock_number = [4.0, 12.0]")
+    unit = qmc.Sobol(len(spec), scramble=True, rng=np.random.default_rng(seed)).random(count)
+    return _rotor(fixed | {name: low + (high - low) * unit[:, i] for i, (name, (low, high)) in enumerate(spec.items())})

@@ -110,7 +110,8 @@ def test_the_id_changes_with_every_number_that_matters(tmp_path: Path, file: Pat
     ('hub = "teetering"', 'hub = "teetring"', "did you mean 'teetering'"),
     ("lock_number = 8.0", "lock_number = -8.0", "lock_number"),
     ("lock_number = 8.0", "lock_numbr = 8.0", "did you mean 'lock_number'"),
-    ("stop = 0.1, count = 2 }", "stop = 0.1 }", "is no axis"),
+    ("stop = 0.1, count = 2 }", "stop = 0.1 }", r"small\.toml:11: rotors\.grid\.hinge_offset\.count: the key is miss"),
+    ("[4.0, 12.0]", "-4.0", r"small\.toml:11: lock_number"),
     ("stop = 1.0", "stop = nan", "stop"),
     ("{ start = 0.0, stop = 1.0, count = 60 }", "[0.1, -0.2]", "-0.2 is not possible"),
     ("[compare]", "[compare]\ntip_loss = 1.2", "outside 0.5"),
@@ -121,6 +122,49 @@ def test_a_bad_study_is_refused_in_a_sentence(tmp_path: Path, old: str, new: str
     path.write_text(SMALL.replace(old, new, 1))
     with pytest.raises(ConfigError, match=sentence):
         study.load_study(path)
+
+
+@pytest.mark.parametrize(("line", "key"), [
+    ('grid = { lock_number = { start = "a", stop = 2, count = 3 } }', "grid.lock_number.start"),
+    ("grid = { lock_number = { start = 1, stop = 2, count = 0 } }", "grid.lock_number.count"),
+    ("grid = { lock_number = { start = 1, stop = 2, count = true } }", "grid.lock_number.count"),
+    ('grid = { lock_number = ["a", 1.0] }', "grid.lock_number[0]"),
+    ("grid = { lock_number = [] }", "grid.lock_number"),
+    ("grid = { lock_number = true }", "grid.lock_number"),
+    ('grid = { lock_number = "8" }', "grid.lock_number"),
+    ("grid = { lock_number = 8, blades = 3.5 }", "grid.blades"),
+    ("grid = { lock_number = 8, hub = [1] }", "grid.hub[0]"),
+    ("grid = { lock_numbr = 8 }", "grid.lock_numbr"),
+    ('sobol = { count = 8, lock_number = [5, "a"] }', "sobol.lock_number[1]"),
+    ("sobol = { count = 8, lock_number = [5, 4] }", "sobol.lock_number"),
+    ("sobol = { count = 8, lock_number = [5] }", "sobol.lock_number"),
+    ("sobol = { count = 8, seed = -1, lock_number = [5, 6] }", "sobol.seed"),
+    ("sobol = { count = true, lock_number = [5, 6] }", "sobol.count"),
+    ("sobol = { count = 12, lock_number = [5, 6] }", "sobol.count"),
+    ("sobol = { lock_number = [5, 6] }", "sobol.count"),
+    ("sobol = { count = 8 }", "sobol"),
+])  # fmt: skip
+def test_a_bad_grid_or_sobol_box_is_one_sentence_with_its_line(tmp_path: Path, line: str, key: str) -> None:
+    path = tmp_path / "s.toml"
+    path.write_text(
+        f'[study]\nname = "s"\nschema = 1\n[rotors]\n{line}\n[axes]\nadvance_ratio = [0.1]\n', encoding="utf-8"
+    )
+    with pytest.raises(ConfigError) as caught:
+        study.load_study(path)
+    [problem] = caught.value.problems
+    assert problem.line == 5 and f"rotors.{key}: " in str(caught.value) and "\n" not in str(caught.value)
+
+
+def test_the_order_of_a_grid_is_that_of_the_file(tmp_path: Path) -> None:
+    path = tmp_path / "s.toml"
+    path.write_text(
+        SMALL.replace(
+            "lock_number = [4.0, 12.0], hinge_offset = { start = 0.0, stop = 0.1, count = 2 }",
+            "hinge_offset = { start = 0.0, stop = 0.1, count = 2 }, lock_number = [4.0, 12.0]",
+        )
+    )
+    plan = study.load_study(path).plan
+    assert [(plan.design(i).lock_number, plan.design(i).hinge_offset) for i in (2, 3, 4)] == [(4, 0), (12, 0), (4, 0.1)]
 
 
 def test_a_missing_rotor_file_is_named(tmp_path: Path) -> None:
