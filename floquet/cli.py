@@ -234,7 +234,10 @@ def progress(what: str) -> Iterator[Callable[[int, int], None]]:
 @rotor_flags
 @output_flags
 def rotor(file: str | None, style: str | None, **values: Any) -> None:
-    """Parameters of a rotor, their ranges and sources."""
+    """Parameters of a rotor, their ranges and sources.
+
+    FILE is TOML; docs/files.md has every key with its units and an example.
+    """
     from floquet import report
 
     one = rotor_of(file, values)
@@ -351,7 +354,8 @@ def _verdicts(rotors: Sequence[Rotor], speeds: Sequence[float], style: str | Non
 def run(file: str, output: str, resume: bool, dry_run: bool, workers: int | None, style: str | None) -> int:
     """Run a study into a database.
 
-    A run that is stopped keeps its finished parts and goes on with --resume.
+    A run that is stopped keeps its finished parts and goes on with --resume.  STUDY.toml is described, with an example,
+    in docs/files.md.
     """
     from floquet import report, study
 

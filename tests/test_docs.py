@@ -7,17 +7,24 @@ In a ``console`` block every ``$ floquet …`` line runs, and what follows is wh
 from __future__ import annotations
 
 import doctest
+import math
 import os
 import re
 import shlex
 import subprocess
 import sys
+from enum import IntEnum
 from pathlib import Path
 
 import pytest
 
 import floquet
 from floquet.cli import command
+from floquet.comparison import Cause, Metric, Rule
+from floquet.exponents import Verdict
+from floquet.rotorfile import PhysicalTable, RotorTable
+from floquet.studyfile import AxesTable, CompareTable, RotorsTable, StudyTable, load_study
+from floquet.tomlfile import Table
 
 ROOT = Path(__file__).resolve().parent.parent
 PAGES = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted((ROOT / "docs").rglob("*.md"))]
@@ -85,6 +92,39 @@ def test_console_examples(page: Path, checkout: Path) -> None:
 def test_links_lead_somewhere(page: Path) -> None:
     missing = [link for link in LINK.findall(page.read_text(encoding="utf-8")) if not (page.parent / link).exists()]
     assert not missing
+
+
+def test_files_are_as_the_page_shows_them(checkout: Path) -> None:
+    page = ROOT / "docs" / "files.md"
+    rotor_text, study_text = blocks(page, "toml")
+    (checkout / "rotor.toml").write_text(rotor_text, encoding="utf-8")
+    (checkout / "study.toml").write_text(study_text, encoding="utf-8")
+    rotor, study = floquet.load_rotor("rotor.toml"), load_study("study.toml")
+    real = floquet.load_rotor(ROOT / "data" / "rotors" / "bo105.toml")
+    assert (rotor.name, rotor.flap_frequency, rotor.lock_number) == ("Bo 105", real.flap_frequency, real.lock_number)
+    assert set(rotor.sources) == {"radius", "flap_inertia"}
+    assert sum(math.prod(one.shape) for one in study.plan.rotors) == 31 and len(study.plan.advance_ratio) == 101
+    assert study.plan.physics.tip_loss == 0.97 and len(study.plan.tolerances) == 3
+
+
+@pytest.mark.parametrize("table", [RotorTable, PhysicalTable, StudyTable, RotorsTable, AxesTable, CompareTable])
+def test_every_key_of_a_file_stands_in_a_table(table: type[Table]) -> None:
+    rows = [line for line in (ROOT / "docs" / "files.md").read_text(encoding="utf-8").splitlines() if line[:1] == "|"]
+    first = re.findall(r"`(?:\w+\.)?(\w+)`", "\n".join(row.split("|")[1] for row in rows))
+    keys = {field.alias or name for name, field in table.model_fields.items()} - {"physical", "sources"}
+    assert keys and keys <= set(first)
+
+
+@pytest.mark.parametrize("column, kind", [("verdict", Verdict), ("cause", Cause), ("rule", Rule), ("metric", Metric)])
+def test_numbers_for_words_are_those_of_the_code(column: str, kind: type[IntEnum]) -> None:
+    text = (ROOT / "docs" / "reference.md").read_text(encoding="utf-8")
+    found = re.findall(rf"^\| `{column}` \| (-?\d) \| (\w+) \| [^|]+ \|$", text, re.MULTILINE)
+    assert {int(number): word for number, word in found} == {int(one): one.name for one in kind}
+
+
+@pytest.mark.parametrize("name", ["run", "rotor"])
+def test_help_leads_to_the_page_of_files(name: str) -> None:
+    assert "docs/files.md" in str(command.commands[name].help)
 
 
 @pytest.mark.parametrize("name", floquet.__all__)
