@@ -1,8 +1,16 @@
-"""Ways out of a database: CSV, Parquet, netCDF, streamed chunk by chunk (netCDF by xarray)."""
+"""Ways out of a database: CSV, Parquet, netCDF, streamed chunk by chunk.
+
+CSV and Parquet have a column ``rotor_name`` beside ``rotor``, empty where rotors have no names.  A netCDF file is an
+HDF5 file of the database's own kind with the variables of one table at its root; names are flag meanings of ``rotor``.
+"""
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
+
+from numpy.typing import NDArray
 
 from . import store
 from .errors import InputError, did_you_mean
@@ -19,24 +27,35 @@ def export(path: str | Path, out: str | Path, table: str = "points") -> Path:
             f"{out}: {out.suffix or 'no ending'} is no format of export{did_you_mean(out.suffix, kinds)}; "
             "end the name in .csv, .parquet or .nc"
         )
-    with store.open_file(path) as file, store.atomic(out) as temporary:
-        kinds[out.suffix](file, table, temporary)
+    with store.open_file(path) as file:
+        file.rows(table)  # an unknown table is refused before anything is written
+        kinds[out.suffix](file, table, out)
     return out
+
+
+def _named(file: store.File, table: str) -> Iterator[dict[str, NDArray[Any] | list[str]]]:
+    """The stored variables chunk by chunk, with the rotors' names after their numbers."""
+    columns = list(store.stored_variables(file.columns(table)))
+    for _, rows in file.chunks(table, columns):
+        names = [file.names[i] if 0 <= i < len(file.names) else "" for i in rows["rotor"].tolist()]
+        yield {"rotor": rows.pop("rotor"), "rotor_name": names, **rows}
 
 
 def _to_csv(file: store.File, table: str, out: Path) -> None:
     import csv
 
     columns = store.stored_variables(file.columns(table))
-    with out.open("w", newline="", encoding="utf-8") as target:
+    with store.atomic(out) as temporary, temporary.open("w", newline="", encoding="utf-8") as target:
         writer = csv.writer(target)
-        writer.writerow(columns)
-        for _, rows in file.chunks(table, list(columns)):
-            words = {
-                n: [f.get(v, v) for v in rows[n].tolist()] if (f := c.flags) else rows[n].tolist()
-                for n, c in columns.items()
-            }
-            writer.writerows(zip(*words.values(), strict=True))
+        writer.writerow(["rotor", "rotor_name", *(n for n in columns if n != "rotor")])
+        for rows in _named(file, table):
+            writer.writerows(zip(*(_words(v, columns.get(n)) for n, v in rows.items()), strict=True))
+
+
+def _words(values: NDArray[Any] | list[str], column: store.Column | None) -> list[Any]:
+    """Values as they stand in a text: flags as words."""
+    plain: list[Any] = values if isinstance(values, list) else values.tolist()
+    return [column.flags.get(v, v) for v in plain] if column and column.flags else plain
 
 
 def _to_parquet(file: store.File, table: str, out: Path) -> None:
@@ -45,22 +64,14 @@ def _to_parquet(file: store.File, table: str, out: Path) -> None:
         import pyarrow.parquet as pq
     except ImportError:
         raise InputError("export to Parquet needs pyarrow: install floquet-rotor[export]") from None
-    columns = list(store.stored_variables(file.columns(table)))
-    writer = None
-    for _, rows in file.chunks(table, columns):
-        batch = pa.table(rows)
-        writer = writer or pq.ParquetWriter(out, batch.schema)
-        writer.write_table(batch)
-    if writer is not None:
-        writer.close()
+    fields = [(n, pa.from_numpy_dtype(c.dtype)) for n, c in store.stored_variables(file.columns(table)).items()]
+    schema = pa.schema([fields[0], ("rotor_name", pa.string()), *fields[1:]])
+    with store.atomic(out) as temporary, pq.ParquetWriter(temporary, schema) as writer:
+        for rows in _named(file, table):
+            writer.write_table(pa.table(rows, schema=schema))
 
 
 def _to_netcdf(file: store.File, table: str, out: Path) -> None:
-    try:
-        import xarray
-    except ImportError:
-        raise InputError("export to netCDF needs xarray and h5netcdf: install floquet-rotor[export]") from None
-    with xarray.open_dataset(file.path, group=table, engine="h5netcdf") as data:
-        data.assign_attrs({k: v for k, v in file.attributes.items() if isinstance(v, str | int | float)}).to_netcdf(
-            out, engine="h5netcdf"
-        )
+    attributes = {k: v for k, v in file.attributes.items() if k != "attributes_digest"}
+    with store.create(out, {table: file.rows(table)}, attributes, root=table) as writers:
+        store.copy_rows(file, table, writers[table])

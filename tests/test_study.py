@@ -488,17 +488,45 @@ def test_exports_hold_the_rows(two: tuple[Path, Path], tmp_path: Path, ending: s
         with out.open(newline="") as source:
             read = list(csv.DictReader(source))
         assert [float(r["limit"]) for r in read] == rows["limit"].tolist() and read[0]["mode"] == "regressing"
+        assert list(read[0])[:2] == ["rotor", "rotor_name"]
+        assert {(r["rotor"], r["rotor_name"]) for r in read} == {("0", "eight"), ("1", "two blades")}
         return
     if ending == "parquet":
-        found = pytest.importorskip("pyarrow.parquet").read_table(out)["limit"].to_numpy()
+        columns = pytest.importorskip("pyarrow.parquet").read_table(out)
+        found = columns["limit"].to_numpy()
+        assert columns.column_names[:2] == ["rotor", "rotor_name"]
+        assert set(columns["rotor_name"].to_pylist()) == {"eight", "two blades"}
     else:
         xarray = pytest.importorskip("xarray")
         pytest.importorskip("h5netcdf")
-        with xarray.open_dataset(out) as data:
+        with xarray.open_dataset(out) as data, xarray.open_dataset(two[0], group="limits") as source:
             found = data["limit"].values
+            assert data.identical(source.assign_attrs(data.attrs)) and data.attrs["title"] == "small"
     np.testing.assert_array_equal(found, rows["limit"])
 
 
 def test_an_unknown_format_is_refused(two: tuple[Path, Path], tmp_path: Path) -> None:
     with pytest.raises(InputError, match=r"did you mean '\.csv'"):
         export(two[0], tmp_path / "x.cvs")
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="file size limits are POSIX")
+@pytest.mark.parametrize("ending", ["csv", "parquet", "nc"])
+def test_an_export_to_a_full_disk_is_one_sentence(two: tuple[Path, Path], tmp_path: Path, ending: str) -> None:
+    if ending == "parquet":
+        pytest.importorskip("pyarrow")
+    before = sorted(tmp_path.iterdir())
+    done = _no_room(f"export({str(two[0])!r}, {str(tmp_path / f'x.{ending}')!r})", 2)
+    assert done.returncode == 0 and "Traceback" not in done.stderr, done.stderr
+    assert "limit on file sizes" in done.stdout and done.stdout.count("\n") == 1
+    assert sorted(tmp_path.iterdir()) == before
+
+
+def test_an_export_of_nameless_rotors_has_empty_names(tmp_path: Path) -> None:
+    path = tmp_path / "s.toml"
+    path.write_text(
+        'study = { name = "s" }\nrotors = { grid = { lock_number = [4, 8] } }\naxes = { advance_ratio = [0.1] }'
+    )
+    study.run(study.load_study(path), tmp_path / "s.h5")
+    with export(tmp_path / "s.h5", tmp_path / "s.csv").open(newline="") as source:
+        assert [(r["rotor"], r["rotor_name"]) for r in csv.DictReader(source)] == [("0", ""), ("1", "")]
