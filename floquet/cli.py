@@ -474,7 +474,7 @@ def query(database: str, style: str | None, columns: tuple[str, ...], **choice: 
 @click.argument("kind")
 @output_file
 @click.option("--rotor", help="Name or number (left out: the first); a summary takes several, by commas.")
-@click.option("--dpi", type=float, default=200.0, show_default=True, help="Dots per inch of a .png.")
+@click.option("--dpi", type=float, default=200.0, show_default=True, help="Dots per inch of a .png, 20 to 2400.")
 def plot(database: str, kind: str, output: str, rotor: str | None, dpi: float) -> None:
     """A figure of a database.
 

@@ -500,6 +500,7 @@ def test_no_database_is_one_sentence(run: Floquet, database: str, name: str, kin
         (("query", "small.h5", "--limit", "-1"), ("limit",)),
         (("plot", "small.h5", "root-locs", "-o", "a.png"), ("did you mean 'root-locus'",)),
         (("plot", "small.h5", "root-locus", "-o", "a.xyz"), (".png",)),
+        (("plot", "small.h5", "root-locus", "-o", "a.png", "--dpi", "nan"), ("20 to 2400 dots per inch",)),
         (("export", "small.h5", "-o", "a.xls"), (".csv",)),
         (("run", "small.toml", "-o", "new.h5", "--workers", "0"), ("workers",)),
         (("run", "missing.toml", "-o", "new.h5"), ("missing.toml",)),
