@@ -23,7 +23,6 @@ from __future__ import annotations
 import warnings
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from enum import IntEnum
 from itertools import permutations
 from typing import Any, Literal, Unpack
 
@@ -35,7 +34,7 @@ from .exponents import Stability, stability
 from .models import PhysicsKeywords, averaged, flapping, teetering, tip_path_plane
 from .models.physics import advance_ratios
 from .periodic import PeriodicSystem
-from .rotor import Hub, Rotor
+from .rotor import Hub, Rotor, Word
 
 __all__ = [
     "Cause",
@@ -57,7 +56,7 @@ MODELS = ("flapping", "teetering")
 REAL = 1e-9  # two eigenvalues without imaginary parts above this are a split pair: the noise of a double root is √eps
 
 
-class Metric(IntEnum):
+class Metric(Word):
     """How the error of a mode is measured; all but ABSOLUTE are relative to the exact targets' root mean square."""
 
     RELATIVE = 0  # max |s - η*| / rms |η*|
@@ -66,7 +65,7 @@ class Metric(IntEnum):
     DAMPING = 3  # max |Re (s - η*)| / rms |Re η*|
 
 
-class Rule(IntEnum):
+class Rule(Word):
     """What a mode was compared with; ABSENT: the rotor has no such mode."""
 
     PAIRED = 0
@@ -76,7 +75,7 @@ class Rule(IntEnum):
     ABSENT = -1
 
 
-class Cause(IntEnum):
+class Cause(Word):
     """How exact and simple model differ in kind at a point."""
 
     NONE = 0
@@ -150,10 +149,10 @@ def compare(
     """
     kind = exact_model(rotor, model)
     mu = advance_ratios(advance_ratio)
-    if kind == "flapping" and rotor.blades == 2:
+    if kind == "flapping" and rotor.blades <= 2:
         warnings.warn(
-            "two blades: multiblade coordinates remove no periodicity, so the tip-path plane is not their average; "
-            "the exact exponents are the blade's all the same",
+            f"{rotor.blades} blade{'s' * (rotor.blades == 2)}: multiblade coordinates remove no periodicity, so the "
+            "tip-path plane is not an average of the rotor; the exact exponents are the blade's all the same",
             FloquetWarning,
             stacklevel=2,
         )
@@ -363,9 +362,9 @@ def _mode(name: str, exact: Complex, simple: Complex, rule: NDArray[np.int8], lo
 
 
 def _ratio(a: Array, b: Array) -> Array:
-    """a / b; 0 where both vanish, inf where only b does."""
+    """a / b; 0 where both vanish, inf where only b does, nan where either is nan."""
     with np.errstate(divide="ignore", invalid="ignore"):
-        return np.where(b > 0, a / b, np.where(a > 0, np.inf, 0.0))
+        return np.where(b == 0, np.where(a == 0, 0.0, np.inf), a / b)
 
 
 def _cause(exact: Complex, simple: Complex, lock: Array) -> NDArray[np.int8]:

@@ -18,15 +18,16 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from enum import IntEnum
 from itertools import pairwise
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from .errors import ParameterError
 from .period_map import Method, PeriodMap, period_map
 from .periodic import PeriodicSystem
+from .rotor import Word
 
 __all__ = ["Reason", "Stability", "Verdict", "stability"]
 
@@ -37,7 +38,7 @@ SPREAD = 5.0  # log-spread of multipliers up to which one block is enough: it co
 COUPLING = 1e-13  # what remains below the diagonal of separated clusters
 
 
-class Verdict(IntEnum):
+class Verdict(Word):
     """STABLE: all σ + bound < 0.  UNSTABLE: some σ - bound > 0."""
 
     STABLE = 0
@@ -45,11 +46,11 @@ class Verdict(IntEnum):
     UNDECIDED = 2
 
 
-class Reason(IntEnum):
+class Reason(Word):
     """Why a verdict is UNDECIDED."""
 
     NONE = 0
-    NEUTRAL = 1  # undamped and bounded: σ = 0 by the equation, not by its numbers
+    NEUTRAL = 1  # one undamped scalar equation outside its locks: σ = 0 by the equation, not by its numbers
     BOUND = 2  # the bound of some exponent reaches across zero
 
 
@@ -95,6 +96,10 @@ class Stability:
 
 def stability(system: PeriodicSystem, *, panels: int | None = None) -> Stability:
     """Exponents, bounds and verdict of ``system``; ``panels`` fixes the resolution (for convergence studies)."""
+    if not isinstance(system, PeriodicSystem):
+        raise ParameterError(
+            "system", system, f"{type(system).__name__} is no system: make one with flapping(rotor, advance_ratio)"
+        )
     if system.constant:
         return _of_constant(system)
     return exponents(period_map(system, panels=panels))
@@ -115,6 +120,7 @@ def _of_hill(phi: PeriodMap) -> Stability:
     rho = rotation_number(phi)
     eta = np.stack([alpha + growth + 1j * rho, alpha - growth + 1j * np.where(locked, rho, -rho)], axis=-1)
     bound = _hill_bound(phi, root) / T + 4.0 * EPS * (np.abs(alpha) + np.abs(growth) + np.abs(rho))
+    bound = np.where(np.isfinite(bound), bound, np.inf)  # a map that overflowed
     errors = np.stack([bound, bound], axis=-1)
     Lambda = np.exp(alpha * T)[:, None] * np.stack(
         [
@@ -161,7 +167,7 @@ def _hill_bound(phi: PeriodMap, root: Array) -> Array:
 
 # ---------------------------------------------------------------------- several states, from factors
 def _of_factors(phi: PeriodMap) -> Stability:
-    T, n = phi.period, phi.factors[0].shape[-1]
+    T, n = phi.period, phi.states
     count = len(phi.factors)
     twist = np.ones(n) if phi.twist is None else phi.twist
     eta, errors, defect = np.empty((count, n), complex), np.empty((count, n)), np.empty(count)
@@ -292,12 +298,20 @@ def _joined(values: NDArray[np.complex128], radius: Array) -> Array:
     return np.where(alone, radius, 2.0 * (meet * radius[None, :]).sum(axis=1))
 
 
-def _pairs_by_frequency(logs: NDArray[np.complex128]) -> list[int]:
-    """Order by |Im| then descending Re, the member with Im > 0 of a pair first."""
-    return sorted(
-        range(len(logs)),
-        key=lambda i: (round(float(abs(logs[i].imag)), 9), -round(float(logs[i].real), 9), -logs[i].imag),
-    )
+def _pairs_by_frequency(values: NDArray[np.complex128]) -> list[int]:
+    """Order by |Im| then descending Re, each value with Im > 0 before its conjugate."""
+    left = sorted(range(len(values)), key=lambda i: (-values[i].imag, i))
+    pairs: list[tuple[int, ...]] = []
+    while left:
+        i = left.pop(0)
+        partner = min(left, key=lambda j: abs(values[j] - np.conj(values[i])), default=None)
+        if values[i].imag > 0 and partner is not None and abs(values[partner] - np.conj(values[i])) < 1e-6:
+            left.remove(partner)
+            pairs.append((i, partner))
+        else:
+            pairs.append((i,))
+    pairs.sort(key=lambda p: (round(float(abs(values[p[0]].imag)), 9), -round(float(values[p[0]].real), 9)))
+    return [i for pair in pairs for i in pair]
 
 
 def _norms(m: Array) -> Array:

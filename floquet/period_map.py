@@ -17,7 +17,6 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
-from enum import IntEnum
 from itertools import pairwise
 from typing import NamedTuple
 
@@ -27,6 +26,7 @@ from numpy.typing import NDArray
 from .collocation import Rule, first_order_panel, gauss_rule, second_order_panel
 from .errors import ParameterError
 from .periodic import PeriodicMatrix, PeriodicSystem
+from .rotor import Word
 
 __all__ = ["Method", "PeriodMap", "period_map"]
 
@@ -44,7 +44,7 @@ ROUNDING = 8.0  # eps a panel, relative to its map: the true errors of 20 000 ra
 CASES_AT_ONCE = 4096  # (p n)² doubles a case: 8 MB of matrices for one blade
 
 
-class Method(IntEnum):
+class Method(Word):
     """How exponents were found."""
 
     HILL = 0  # collocation of the Hill form of one scalar equation
@@ -72,6 +72,7 @@ class PeriodMap:
         Bound of the Frobenius norm of each factor's error (FACTORS).
     mean : (cases,)
         α = -mean(d)/2 (HILL), or the mean trace of A (FACTORS).
+    states : int
     turns : (cases,)
         Revolutions of (y, y') clockwise, less than half a turn from the rotation number (HILL; else nan).
     panels : (cases,)
@@ -91,6 +92,7 @@ class PeriodMap:
     discriminant_error: Array | None = None
     errors: tuple[Array, ...] = ()
     turns: Array | None = None
+    states: int = 2
 
     @property
     def half_trace(self) -> Array:
@@ -115,6 +117,10 @@ def period_map(system: PeriodicSystem, *, panels: int | None = None) -> PeriodMa
     panels : int, optional
         Fix the number of panels a period (for convergence studies); the error says what came of it.
     """
+    if panels is not None and not 1 <= panels <= LADDER[-1]:
+        raise ParameterError(
+            "panels", panels, f"{panels} is no number of panels: give 1 to {LADDER[-1]}, or leave it out"
+        )
     if system.constant:
         raise ParameterError(
             "system",
@@ -132,6 +138,7 @@ def hill_form(system: PeriodicSystem) -> tuple[PeriodicMatrix, Array, Array | No
     assert system.stiffness is not None
     k = system.stiffness
     d = system.damping if system.damping is not None else PeriodicMatrix.constant(np.zeros((1, 1)), k.period)
+    d = d + 0.0 * k  # on the pieces of q
     q = k - 0.5 * d.derivative() - 0.25 * (d @ d)
     kicks = 0.5 * d.jumps()[..., 0, 0]
     kicks = np.where(np.abs(kicks) <= 1e-14 * (1.0 + d.bound()[..., 0, :]), 0.0, kicks)  # the rounding of equal values
@@ -172,7 +179,7 @@ def _hill_map(system: PeriodicSystem, panels: int | None) -> PeriodMap:
         before = _products(maps)
         hill[index], turns[index] = before[-1], _turns(before)
         tau_error[index], D_error[index] = trace_and_discriminant_errors(
-            before, [e[:, None, None] / b for e, b in zip(own, balances, strict=True)]
+            maps, before, [e[:, None, None] / b for e, b in zip(own, balances, strict=True)]
         )
         used[index] = len(maps)
         return done
@@ -208,7 +215,7 @@ def _products(maps: list[Array]) -> list[Array]:
     return before
 
 
-def trace_and_discriminant_errors(before: list[Array], deltas: list[Array]) -> tuple[Array, Array]:
+def trace_and_discriminant_errors(maps: list[Array], before: list[Array], deltas: list[Array]) -> tuple[Array, Array]:
     """Bounds of the errors of τ and D when every entry of every factor may be wrong by ``deltas``.
 
     With Φ = S F P, the gradient of τ with respect to F is ½ P S and that of D is P (Φ - τI) S; what follows to second
@@ -218,12 +225,13 @@ def trace_and_discriminant_errors(before: list[Array], deltas: list[Array]) -> t
     tau = 0.5 * (phi[:, 0, 0] + phi[:, 1, 1])
     traceless = phi - tau[:, None, None] * np.eye(2)
     first, second, entries = np.zeros(len(phi)), np.zeros(len(phi)), np.zeros(phi.shape)
-    for P, after, delta in zip(before[:-1], before[1:], deltas, strict=True):
-        S = phi @ _inverse(after)  # every map has determinant 1
+    S = np.broadcast_to(np.eye(2), phi.shape)
+    for F, P, delta in zip(maps[::-1], before[-2::-1], deltas[::-1], strict=True):
         weight = np.swapaxes(delta, -1, -2)
         first += 0.5 * _total(np.abs(P @ S) * weight)
         second += _total(np.abs(P @ traceless @ S) * weight)
         entries += np.abs(S) @ delta @ np.abs(P)
+        S = S @ F
     spread = 0.5 * (entries[:, 0, 0] + entries[:, 1, 1])
     return first, second + spread * spread + entries[:, 0, 1] * entries[:, 1, 0]
 
@@ -241,11 +249,6 @@ def _total(m: Array) -> Array:
     return np.asarray(m[:, 0, 0] + m[:, 0, 1] + m[:, 1, 0] + m[:, 1, 1])
 
 
-def _inverse(m: Array) -> Array:
-    """Inverse of 2×2 matrices of determinant 1."""
-    return np.stack([np.stack([m[:, 1, 1], -m[:, 0, 1]], -1), np.stack([-m[:, 1, 0], m[:, 0, 0]], -1)], -2)
-
-
 # ---------------------------------------------------------------------- any system, factors kept
 def _factor_map(system: PeriodicSystem, panels: int | None) -> PeriodMap:
     shape = system.cases
@@ -259,7 +262,7 @@ def _factor_map(system: PeriodicSystem, panels: int | None) -> PeriodMap:
     def solve(index: NDArray[np.intp], counts: tuple[int, ...]) -> NDArray[np.bool_]:
         part = _case_system(flat, index)
         maps, own, done = [], [], np.ones(len(index), bool)
-        for panel in _panels(_anchor(part), system.period, counts):
+        for panel in _panels(anchor.case(index), system.period, counts):
 
             def mapped(rule: Rule, panel: _Panel = panel) -> Array:
                 return _state_panel(part, panel, rule, index)
@@ -286,6 +289,7 @@ def _factor_map(system: PeriodicSystem, panels: int | None) -> PeriodMap:
         factors=tuple(factors),
         errors=tuple(errors),
         turns=np.full(n, np.nan),
+        states=system.states,
     )
 
 
@@ -359,7 +363,7 @@ def _flat(matrix: PeriodicMatrix, shape: tuple[int, ...]) -> PeriodicMatrix:
     )
     edges = matrix.edges
     if edges is not None:
-        edges = np.broadcast_to(edges, shape + edges.shape[-1:]).reshape(n, -1)
+        edges = np.broadcast_to(edges, shape + edges.shape[-1:]).reshape(n, edges.shape[-1])
     return replace(matrix, coefficients=c, edges=edges)
 
 

@@ -253,6 +253,27 @@ class PeriodicMatrix:
         return (values[0] - values[1])[..., 0, :, :]
 
 
+def _real(value: ArrayLike) -> Array:
+    """An array of real numbers."""
+    array = np.asarray(value)
+    if array.dtype.kind not in "fiub":
+        raise ParameterError(
+            "A",
+            array.dtype,
+            f"A(t) gave values of type {array.dtype}, not real numbers: split a complex system into parts",
+        )
+    return array.astype(float)
+
+
+def _square(matrix: Array) -> Array:
+    """A matrix (..., n, n)."""
+    if matrix.ndim < 2 or matrix.shape[-1] != matrix.shape[-2]:
+        raise ParameterError(
+            "A", matrix.shape, f"A(t) gave an array of shape {matrix.shape}: it must be square, (…, n, n)"
+        )
+    return matrix
+
+
 def _added(terms: NDArray[Any], axis: int) -> NDArray[Any]:
     """Sum along an axis in order: NumPy's own order depends on the number of cases, and so would the last bit."""
     parts = np.moveaxis(terms, axis, 0)
@@ -283,14 +304,20 @@ def _on_common_pieces(a: PeriodicMatrix, b: PeriodicMatrix) -> tuple[PeriodicMat
         return replace(a, edges=edges), replace(b, edges=edges)  # one piece broadcasts over many
     if a.edges is b.edges or (a.edges.shape == b.edges.shape and np.array_equal(a.edges, b.edges)):
         return a, b
-    cases = np.broadcast_shapes(a.edges.shape[:-1], b.edges.shape[:-1])
-    inner = [
-        np.broadcast_to(m.edges[..., 1:-1], (*cases, m.edges.shape[-1] - 2)) for m in (a, b) if m.edges is not None
-    ]
-    ends = np.zeros((*cases, 1))
-    edges = np.concatenate([ends, np.sort(np.concatenate(inner, axis=-1), axis=-1), ends + a.period], axis=-1)
+    edges = _union(a.edges, b.edges, a.period)
     middle = 0.5 * (edges[..., 1:] + edges[..., :-1])
     return replace(a.gathered(a.piece_of(middle)), edges=edges), replace(b.gathered(b.piece_of(middle)), edges=edges)
+
+
+def _union(a: Array, b: Array, period: float) -> Array:
+    """The edges of both, each once where one set holds the other."""
+    for one, other in ((a, b), (b, a)):
+        if np.all(np.any(other[..., 1:-1, None] == one[..., None, 1:-1], axis=-1)):
+            return one
+    cases = np.broadcast_shapes(a.shape[:-1], b.shape[:-1])
+    inner = [np.broadcast_to(e[..., 1:-1], (*cases, e.shape[-1] - 2)) for e in (a, b)]
+    ends = np.zeros((*cases, 1))
+    return np.concatenate([ends, np.sort(np.concatenate(inner, axis=-1), axis=-1), ends + period], axis=-1)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -341,6 +368,31 @@ class PeriodicSystem:
                 self.period,
                 f"{self.period} is no period: give a positive angle, or nan for a constant system",
             )
+        for part in (self.damping, self.stiffness, self.matrix):
+            if part is not None and not self.constant:
+                self._check_period(part)
+
+    def _check_period(self, part: PeriodicMatrix) -> None:
+        """The period must be one of the coefficients: a multiple of theirs, or a part in which they (or S) repeat."""
+        ratio = self.period / part.period
+        whole = round(ratio) if ratio >= 1 else round(1 / ratio)
+        fits = math.isclose(ratio if ratio >= 1 else 1 / ratio, whole, rel_tol=1e-12)
+        if not fits or (ratio > 1.5 and part.edges is not None):
+            raise ParameterError(
+                "period",
+                self.period,
+                f"{self.period:g} is no period of coefficients that repeat after {part.period:g}: "
+                "give theirs, or a fraction of it in which they repeat",
+            )
+        if ratio < 0.75 and part.edges is None and self.twist is None:
+            order = np.arange(-part.order, part.order + 1)
+            stray = np.abs(part.coefficients[..., order % whole != 0, :, :])
+            if stray.size and stray.max() > 1e-12 * np.abs(part.coefficients).max():
+                raise ParameterError(
+                    "period",
+                    self.period,
+                    f"the coefficients do not repeat after {self.period:g}: they have odd harmonics",
+                )
 
     @staticmethod
     def from_function(
@@ -360,11 +412,7 @@ class PeriodicSystem:
         """
 
         def sampled(times: Array) -> Array:
-            values = (
-                np.asarray(A(times), float)
-                if vectorised
-                else np.stack([np.asarray(A(float(t)), float) for t in times], axis=-3)
-            )
+            values = _real(A(times)) if vectorised else np.stack([_square(_real(A(float(t)))) for t in times], axis=-3)
             if values.ndim < 3 or values.shape[-1] != values.shape[-2] or values.shape[-3] != len(times):
                 shape = values.shape if vectorised else values.shape[:-3] + values.shape[-2:]
                 raise ParameterError(

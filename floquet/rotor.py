@@ -44,13 +44,23 @@ from floquet.errors import ConfigError, ParameterError, Problem, did_you_mean
 if TYPE_CHECKING:
     from floquet.tomlfile import Document
 
-__all__ = ["PARAMETERS", "Hub", "Parameter", "Rotor", "dump_rotor", "load_rotor"]
+__all__ = ["PARAMETERS", "Hub", "Parameter", "Rotor", "Word", "dump_rotor", "load_rotor"]
 
 Values: TypeAlias = "float | NDArray[np.float64]"
 _T = TypeVar("_T")
 
 
-class Hub(IntEnum):
+class Word(IntEnum):
+    """A whole number, for arrays, that prints as its name."""
+
+    def __str__(self) -> str:
+        return self.name
+
+    def __format__(self, spec: str) -> str:
+        return format(self.name if not spec or spec[-1] == "s" else int(self), spec)
+
+
+class Hub(Word):
     """How the blades are held; ARTICULATED covers hingeless blades by an equivalent hinge and spring."""
 
     ARTICULATED = 0

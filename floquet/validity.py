@@ -7,10 +7,12 @@ With the half trace τ and the discriminant D = τ² - 1 of the blade's Hill for
     growth            D > sinh² αT
     split of the TPP  discriminant of its characteristic polynomial changes sign
 
-are signs of smooth functions of μ (analytic, but where reversed flow reaches root or tip).  Each is interpolated in
-Chebyshev points on panels until its coefficients fall to rounding; between the extrema of the interpolant and the
-ends the function is monotone, so every change of sign is bracketed, and solved on the function itself.  A window is
-missed only if D stays below the interpolation error (about 1e-13 of its scale) inside it.
+are signs of smooth functions of μ (analytic, but where reversed flow reaches root or tip).  The discriminant of the
+polynomial, and for the others asinh τ, is interpolated in Chebyshev points on panels, halved until the coefficients
+fall to rounding (at most 64 panels); between the extrema and zeros of the interpolant the function is monotone, so
+every change of sign is bracketed, and solved on the function itself.  Where two locks meet almost, ρ tells them apart
+and the gap is found by bisection.  A window is missed only if D stays below the interpolation error (about 1e-12 of
+its scale) inside it.
 
 Errors of modes are smooth between those edges, with square roots at both ends; they are sampled in points graded to the
 ends, extrema between samples are sought, and crossings of the tolerance solved.
@@ -30,7 +32,9 @@ from numpy.typing import NDArray
 
 from .comparison import Cause, Comparison, Metric, Model, compare, eigenvalues, exact_model, mode_names, simple_model
 from .errors import ParameterError, did_you_mean
+from .exponents import exponents
 from .models import PhysicsKeywords, flapping, teetering
+from .models.physics import HIGHEST
 from .period_map import PeriodMap, period_map
 from .rotor import Rotor
 
@@ -45,9 +49,11 @@ __all__ = [
 ]
 
 Array = NDArray[np.float64]
+Function = Callable[[Array], Array]
 NODES = 33  # Chebyshev points a panel
-DEPTH = 10  # halvings of a panel at most
+DEPTH = 6  # halvings of a panel at most
 RESOLVED = 1e-12  # coefficients relative to the largest: above the noise of D, below any window that matters
+PROBES = 19  # places in a locked span where ρ is looked at
 SAMPLES = 96  # graded points between two edges
 HUGE = 1e3  # errors beyond are all the same failure (and inf has no roots)
 WIDTH = 1e-9  # windows narrower than this are not reported
@@ -202,8 +208,12 @@ class _Rotor:
     """One rotor along μ from 0 to ``mu_max``."""
 
     def __init__(self, rotor: Rotor, mu_max: float, model: Model | None, options: PhysicsKeywords) -> None:
-        if not (isinstance(mu_max, (int, float)) and math.isfinite(mu_max) and mu_max > 0):
-            raise ParameterError("mu_max", mu_max, f"{mu_max!r} is no end of the search: give an advance ratio above 0")
+        if not (isinstance(mu_max, (int, float, np.number)) and 0 < mu_max <= HIGHEST):
+            raise ParameterError(
+                "mu_max",
+                mu_max,
+                f"{mu_max!r} is no end of the search: give an advance ratio above 0, {HIGHEST:g} at most",
+            )
         self.rotor, self.mu_max, self.options = rotor, float(mu_max), options
         self.model: Model = exact_model(rotor, model)
 
@@ -223,20 +233,56 @@ class _Rotor:
         )
         return [0.0, *(x for x in sorted({root, tip}) if 0.0 < x < self.mu_max), self.mu_max]
 
-    def changes(self, f: Callable[[Array], Array]) -> list[float]:
+    def changes(self, f: Function, guide: Function | None = None) -> list[float]:
         """Every change of sign of ``f``."""
-        return [x for a, b in pairwise(self.breaks()) for x in sign_changes(f, a, b)]
+        return [x for a, b in pairwise(self.breaks()) for x in sign_changes(f, a, b, guide)]
+
+    def discriminant(self, mu: Array) -> Array:
+        """D, bounded."""
+        return _bounded(self.map(mu).discriminant, 0.0)
+
+    def half_trace(self, mu: Array) -> Array:
+        """asinh of τ over its value at the onset of growth: zeros and extrema as τ has, but no decades."""
+        phi = self.map(mu)
+        return np.arcsinh(phi.half_trace / np.cosh(phi.mean * phi.period))
 
     def windows(self) -> list[tuple[float, float, float]]:
-        edges = [0.0, *self.changes(lambda mu: _bounded(self.map(mu).discriminant, 0.0)), self.mu_max]
+        edges = [0.0, *self.changes(self.discriminant, self.half_trace), self.mu_max]
         spans = [(a, b) for a, b in pairwise(edges) if b - a > WIDTH]
-        state = stability_of(self.map(np.array([0.5 * (a + b) for a, b in spans])))
-        out = [
-            (a, math.inf if b == self.mu_max else b, float(lock))
-            for (a, b), lock in zip(spans, state, strict=True)
-            if not math.isnan(lock)
+        locked = self.locks(np.array([0.5 * (a + b) for a, b in spans]))
+        found = [
+            w for (a, b), rho in zip(spans, locked, strict=True) if not math.isnan(rho) for w in self._separated(a, b)
         ]
-        return out
+        return [(a, math.inf if b == self.mu_max else b, rho) for a, b, rho in found]
+
+    def locks(self, mu: Array) -> Array:
+        """ρ of the lock at each μ, nan outside."""
+        return np.atleast_1d(exponents(self.map(mu)).lock)
+
+    def _separated(self, a: float, b: float) -> list[tuple[float, float, float]]:
+        """A span that seems locked throughout, cut where ρ shows that a narrow gap parts two locks."""
+        mu = a + (b - a) * 0.5 * (1.0 - np.cos(np.linspace(0.02, math.pi - 0.02, PROBES)))
+        rho = self.locks(mu)
+        mu, rho = mu[~np.isnan(rho)], rho[~np.isnan(rho)]
+        changes = np.flatnonzero(rho[:-1] != rho[1:])
+        if not changes.size:
+            return [(a, b, float(rho[0]))] if rho.size else []
+        i = changes[0]
+        low, high = self._gap(float(mu[i]), float(mu[i + 1]), 0.5 * float(rho[i] + rho[i + 1]))
+        return [*self._separated(a, low), *self._separated(high, b)]
+
+    def _gap(self, low: float, high: float, between: float) -> tuple[float, float]:
+        """The ends of the unlocked gap between two locked μ whose ρ lie on either side of ``between``."""
+        rising = exponents(self.map(np.array([low]))).rotation_number[0] < between
+        while high - low > 1e-14:
+            middle = 0.5 * (low + high)
+            state = exponents(self.map(np.array([middle])))
+            if math.isnan(state.lock[0]):
+                points = np.array([low, middle, high])
+                ends = _solve(self.discriminant, points, self.discriminant(points))
+                return (ends[0], ends[-1]) if ends else (middle, middle)
+            low, high = (middle, high) if (state.rotation_number[0] < between) == rising else (low, middle)
+        return low, high
 
     def onset(self) -> float:
         def excess(mu: Array) -> Array:
@@ -245,7 +291,7 @@ class _Rotor:
 
         if excess(np.zeros(1))[0] > 0:
             return 0.0
-        found = self.changes(excess)
+        found = self.changes(excess, self.half_trace)
         return found[0] if found else math.inf
 
     def splits(self) -> list[float]:
@@ -289,7 +335,13 @@ class _Rotor:
 
         def errors(x: Array) -> Array:
             found = self.comparison(x)
-            return np.stack([np.minimum(found[mode].by(metric), HUGE) for mode, metric in curves])
+            table = np.stack([np.minimum(found[mode].by(metric), HUGE) for mode, metric in curves])
+            if np.any(np.isnan(table)):
+                gamma = float(self.rotor.lock_number)
+                raise ParameterError(
+                    "lock_number", gamma, f"{gamma:g} is beyond what doubles hold: the period map overflows"
+                )
+            return table
 
         def error(x: Array, curve: Array) -> Array:
             return errors(x.ravel())[curve.astype(int).ravel(), np.arange(x.size)].reshape(x.shape)
@@ -303,38 +355,33 @@ class _Rotor:
         ]
 
 
-def stability_of(phi: PeriodMap) -> Array:
-    """The lock (ρ, nan outside) of a map's cases."""
-    from .exponents import exponents
-
-    return np.atleast_1d(exponents(phi).lock)
-
-
 # ---------------------------------------------------------------------- roots of smooth functions
-def sign_changes(f: Callable[[Array], Array], a: float, b: float) -> list[float]:
+def sign_changes(f: Function, a: float, b: float, guide: Function | None = None) -> list[float]:
     """Every change of sign of a smooth vectorised ``f`` in (a, b), to rounding.
 
-    Chebyshev interpolation on panels, halved until resolved; f is monotone between the extrema of the interpolant.
+    ``guide`` (by default f itself) is interpolated in Chebyshev points on panels, halved until resolved; f must be
+    monotone between the ends, the extrema and the zeros of the guide.
     """
-    points = np.unique(np.concatenate([_extrema(f, lo, hi, 0) for lo, hi in [(a, b)]]))
+    points = np.unique(_turning_points(guide or f, a, b, 0))
     values = f(points)
     if values[0] == 0.0:  # a root at the very start is no change of sign inside
         values[0] = values[1]
     return _solve(f, points, values)
 
 
-def _extrema(f: Callable[[Array], Array], a: float, b: float, depth: int) -> Array:
-    """Ends and extrema of ``f`` on [a, b]."""
+def _turning_points(f: Function, a: float, b: float, depth: int) -> Array:
+    """Ends, extrema and zeros of ``f`` on [a, b]."""
     x = chebyshev.chebpts2(NODES)
     y = f(0.5 * (a + b) + 0.5 * (b - a) * x)
     c = chebyshev.chebfit(x, y, NODES - 1)
     if depth < DEPTH and np.abs(c[-4:]).max() > RESOLVED * np.abs(c).max():
         middle = 0.5 * (a + b)
-        return np.concatenate([_extrema(f, a, middle, depth + 1), _extrema(f, middle, b, depth + 1)])
+        return np.concatenate([_turning_points(f, a, middle, depth + 1), _turning_points(f, middle, b, depth + 1)])
     keep = np.flatnonzero(np.abs(c) > 1e-15 * np.abs(c).max())
-    slope = chebyshev.chebder(c[: keep[-1] + 1]) if keep.size else np.zeros(1)
-    turning = chebyshev.chebroots(slope) if len(slope) > 1 else np.empty(0)
-    real = np.clip(turning.real[np.abs(turning.imag) < 1e-3], -1.0, 1.0)
+    series = c[: keep[-1] + 1] if keep.size else np.zeros(1)
+    roots = [chebyshev.chebroots(p) for p in (series, chebyshev.chebder(series)) if len(p) > 1]
+    found = np.concatenate([np.empty(0, complex), *roots])
+    real = np.clip(found.real[np.abs(found.imag) < 1e-3], -1.0, 1.0)
     return np.concatenate([[a, b], 0.5 * (a + b) + 0.5 * (b - a) * real])
 
 
@@ -403,7 +450,7 @@ def _intervals(failing: bool, roots: Sequence[float], mu_max: float) -> list[tup
 
 def _bounded(D: Array, level: Array | float) -> Array:
     """D - level on a scale from -1 to 1 (D ≥ -1), smooth in both."""
-    return np.asarray((D - level) / (2.0 + D + level))
+    return np.asarray((D - level) / (np.maximum(2.0 + D, 1.0) + level))
 
 
 def _polynomial_discriminant(roots: NDArray[np.complex128]) -> Array:

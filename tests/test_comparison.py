@@ -249,5 +249,5 @@ def test_bad_input_is_one_sentence() -> None:
         compare(rotor, 0.3, tip_los=0.97)  # type: ignore[call-arg]
     with pytest.raises(ParameterError, match=r"eq\. \(7\), only"):
         compare(TEETERING, 0.3, harmonics=2)
-    with pytest.warns(FloquetWarning, match="two blades"):
+    with pytest.warns(FloquetWarning, match="2 blades"):
         compare(Rotor(lock_number=8.0, blades=2), 0.3)

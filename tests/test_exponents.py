@@ -11,6 +11,7 @@ import mpmath
 import numpy as np
 import pytest
 
+from floquet.errors import ParameterError
 from floquet.exponents import Reason, Verdict, exponents, stability
 from floquet.models import flapping, multiblade, teetering, tip_path_plane
 from floquet.models.textbook import (
@@ -139,7 +140,9 @@ def test_bound_covers_the_worst_perturbation_and_is_not_five_times_it(parameters
     """
     phi = period_map(flapping(Rotor(lock_number=8.0), np.array([parameters["mu"]])))
     assert phi.hill is not None
-    tau_error, D_error = trace_and_discriminant_errors([np.eye(2)[None], phi.hill], [np.full((1, 2, 2), 1e-9)])
+    tau_error, D_error = trace_and_discriminant_errors(
+        [phi.hill], [np.eye(2)[None], phi.hill], [np.full((1, 2, 2), 1e-9)]
+    )
     phi = replace(phi, half_trace_error=tau_error, discriminant_error=D_error)
     found = exponents(phi)
     moved = 0.0
@@ -365,3 +368,71 @@ def test_bound_of_factors_covers_perturbations_and_is_not_ten_times_them(M: list
         moved = np.maximum(moved, np.diag(d) if np.trace(d) < np.trace(d[::-1]) else np.diag(d[::-1]))
     bounds = exponents(phi).exponent_errors[0]
     assert np.all(moved <= bounds) and np.all(bounds <= 9.0 * moved), bounds / moved
+
+
+# ---------------------------------------------------------------------- far out, and what is refused
+@pytest.mark.parametrize(
+    ("gamma", "kappa", "K1", "mu", "sigma"),
+    [(30.0, 10.0, -2.0, 3.0, 6.4031), (30.0, 0.0, 0.0, 3.0, 2.69648907), (100.0, 0.0, 0.0, 0.0, -0.08051866)],
+)
+def test_strong_locks_keep_their_digits(gamma: float, kappa: float, K1: float, mu: float, sigma: float) -> None:
+    """Φ of 1e20 and more: the bound must not grow with Φ, or growth is taken for rounding."""
+    found = stability(flapping(Rotor(lock_number=gamma, hinge_stiffness=kappa, pitch_flap_coupling=K1), mu))
+    assert found.exponents[0].real == pytest.approx(sigma, abs=1e-4)
+    assert found.exponent_errors.max() < 1e-12 and not math.isnan(found.lock)
+    assert found.verdict == (Verdict.UNSTABLE if sigma > 0 else Verdict.STABLE)
+
+
+def test_hover_of_an_overdamped_blade_is_its_roots() -> None:
+    s = stability(flapping(Rotor(lock_number=100.0), 0.0))
+    np.testing.assert_allclose(s.exponents, -6.25 + np.sqrt(6.25**2 - 1.0) * np.array([1, -1]), rtol=1e-13)
+
+
+def test_functions_with_cases_of_unlike_stiffness() -> None:
+    """Each case has panels of its own."""
+
+    def matrix(t: float) -> np.ndarray:
+        return np.array([[[0.0, 1.0], [-(a + 0.5 * math.cos(t)), -0.1]] for a in (1.0, 30.0)])
+
+    many = stability(PeriodicSystem.from_function(matrix, TWO_PI))
+    for i, a in enumerate((1.0, 30.0)):
+        stiffness = PeriodicMatrix.scalar(mean=a, cosines=[0.5])
+        one = stability(PeriodicSystem(period=TWO_PI, damping=PeriodicMatrix.constant([[0.1]]), stiffness=stiffness))
+        assert distances(many.exponents[i], one.exponents, 1.0).max() < 1e-13
+    assert many.panels[0] < many.panels[1]
+
+
+def test_kinks_of_damping_and_stiffness_need_not_agree() -> None:
+    def steps(values: list[float], at: float) -> PeriodicMatrix:
+        return PeriodicMatrix.pieces([PeriodicMatrix.scalar(mean=v) for v in values], [0.0, at, TWO_PI])
+
+    system = PeriodicSystem(period=TWO_PI, damping=steps([0.1, 0.5], 1.0), stiffness=steps([1.0, 2.0], 3.0))
+    plain = PeriodicSystem.from_function(system.sample, TWO_PI, [1.0, 3.0], vectorised=True)
+    assert distances(stability(system).exponents, stability(plain).exponents, 1.0).max() < 1e-13
+
+
+def test_conjugates_stand_together() -> None:
+    r = Rotor(lock_number=9.0)
+    system = multiblade([r.replace() for _ in range(4)], 0.3)
+    assert system.period == pytest.approx(math.pi / 2)  # equal blades are identical blades
+    eta = np.asarray(stability(system).exponents)
+    np.testing.assert_allclose(eta[::2], np.conj(eta[1::2]), atol=1e-12)
+
+
+@pytest.mark.parametrize("change", [{"period": 2 * TWO_PI}, {"period": 1.0}])
+def test_a_period_that_contradicts_the_coefficients_is_refused(change: dict[str, float]) -> None:
+    with pytest.raises(ParameterError, match="no period of coefficients"):
+        replace(meissner(1.3, 0.2, 0.1), **change)
+    with pytest.raises(ParameterError, match="odd harmonics"):
+        replace(flapping(Rotor(lock_number=8.0), 0.3), period=math.pi)
+
+
+def test_what_is_no_system_or_matrix_is_refused() -> None:
+    with pytest.raises(ParameterError, match="is no system"):
+        stability(Rotor(lock_number=8.0))  # type: ignore[arg-type]
+    with pytest.raises(ParameterError, match="not real numbers"):
+        stability(PeriodicSystem.from_function(lambda t: np.array([[1j]]), 1.0))
+    with pytest.raises(ParameterError, match="no number of panels"):
+        stability(mathieu(1.0, 0.1), panels=0)
+    assert stability(flapping(Rotor(lock_number=8.0), np.zeros(0), reversed_flow=True)).exponents.shape == (0, 2)
+    assert f"{Verdict.UNSTABLE} {Verdict.UNSTABLE:d}" == "UNSTABLE 1"

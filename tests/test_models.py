@@ -269,6 +269,10 @@ def test_truncated_damping_that_jumps_in_reversed_flow_is_mapped_with_its_kick()
         (lambda: multiblade([Rotor(lock_number=8.0)], 0.1), "at least 2 blades"),
         (lambda: teetering(Rotor(lock_number=8.0, hinge_offset=0.05), 0.1), "hinges on its axis"),
         (lambda: averaged(Rotor(lock_number=8.0), 0.1, 0), "whole number"),
+        (lambda: flapping(Rotor(lock_number=8.0, root_cutout=0.99), 0.3, tip_loss=0.9), "no blade that lifts"),
+        (lambda: flapping(Rotor(lock_number=np.array([6.0, 8.0])), np.zeros(3)), "do not broadcast"),
+        (lambda: flapping("bo105.toml", 0.3), "is no Rotor"),
+        (lambda: flapping(Rotor(lock_number=8.0), 11.0), "between 0 and 10"),
     ],
 )
 def test_bad_input_is_one_sentence(call, sentence: str) -> None:  # type: ignore[no-untyped-def]

@@ -129,6 +129,23 @@ def test_locks_open_in_hover_and_at_the_end() -> None:
     assert lock_windows(Rotor(lock_number=16.0))[0][0] > 0.0  # at γ = 16 hover is the branch point itself, not a lock
 
 
+def test_locks_parted_by_a_narrow_gap_are_two() -> None:
+    """A gap of 3e-5 in μ between 1 and 1½ per rev, of 6e-6 between 1½ and 2: each lock has its own name."""
+    rotor = Rotor(lock_number=8.0, hinge_offset=0.05)
+    windows = lock_windows(rotor, mu_max=5.0)
+    assert [w[2] for w in windows] == [1.0, 1.5, 2.0] and windows[-1][1] == math.inf
+    for enter, leave, rho in windows:
+        inside = np.linspace(enter + 1e-7, min(leave, 5.0) - 1e-7, 50)
+        np.testing.assert_array_equal(stability(flapping(rotor, inside)).lock, rho)
+    gap = 0.5 * (windows[0][1] + windows[1][0])
+    assert math.isnan(stability(flapping(rotor, gap)).lock)
+
+
+def test_a_rotor_beyond_doubles_is_refused() -> None:
+    with pytest.raises(ParameterError, match="overflows"), np.errstate(all="ignore"):
+        validity_limit(Rotor(lock_number=1000.0))
+
+
 @pytest.mark.parametrize("seed", range(6))
 def test_windows_against_a_fine_scan(seed: int) -> None:
     """Every lock of a random design found on a grid of 1e-3 is a window, and nothing else is."""

@@ -27,7 +27,7 @@ from typing import Unpack
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ..errors import FloquetWarning
+from ..errors import FloquetWarning, ParameterError
 from ..periodic import TWO_PI, PeriodicMatrix, PeriodicSystem
 from ..rotor import Rotor
 from .physics import Physics, PhysicsKeywords, advance_ratios
@@ -59,11 +59,11 @@ def flapping(rotor: Rotor, advance_ratio: ArrayLike, **options: Unpack[PhysicsKe
         One coordinate β, period 2π, exponents per radian of azimuth (units of Ω), ten inputs :data:`FORCING`.
     """
     physics = Physics.of(options)
-    mu = advance_ratios(advance_ratio)
+    mu = advance_ratios(advance_ratio, rotor)
     if np.any(np.asarray(rotor.hinge_offset) > 0.3) and not physics.exact_offset:
         warnings.warn(
             "hinge_offset above 0.3: the report's integrals, truncated at ε², mean nothing there; "
-            "use exact_offset=True",
+            "use exact_offset (--exact-offset on the command line)",
             FloquetWarning,
             stacklevel=2,
         )
@@ -110,6 +110,12 @@ class _Integrals:
         self.offset = np.asarray(rotor.hinge_offset)
         cutout = np.asarray(rotor.root_cutout)
         self.root, self.tip = np.maximum(self.offset, cutout), physics.tip_loss
+        if np.any(self.tip <= self.root):
+            raise ParameterError(
+                "tip_loss",
+                self.tip,
+                f"tip_loss = {self.tip:g} leaves no blade that lifts outboard of the hinge or root cutout",
+            )
         self.exact = physics.exact_offset | (cutout > self.offset)
         self.speed = mu * SINE
         self.edges = self._kinks(mu) if physics.reversed_flow else None

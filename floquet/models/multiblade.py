@@ -19,7 +19,7 @@ from numpy.typing import ArrayLike
 
 from ..errors import ParameterError
 from ..periodic import TWO_PI, PeriodicMatrix, PeriodicSystem
-from ..rotor import Rotor
+from ..rotor import PARAMETERS, Rotor
 from .flapping import flapping
 from .physics import PhysicsKeywords
 
@@ -49,7 +49,7 @@ def multiblade(
         raise ParameterError(
             "blades", N, f"multiblade coordinates need at least 2 blades, not {N}: use flapping for a single blade"
         )
-    identical = all(b is blades[0] for b in blades)
+    identical = all(_same(b, blades[0]) for b in blades)
     azimuths = [TWO_PI * i / N for i in range(N)]
     models = [flapping(b, advance_ratio, **options) for b in (blades[:1] if identical else blades)] * (
         N if identical else 1
@@ -100,6 +100,11 @@ def transformation(N: int) -> tuple[PeriodicMatrix, PeriodicMatrix]:
         T = T + PeriodicMatrix.harmonic(n, cosine, sine)
         weight[[2 * n - 1, 2 * n]] = 2.0
     return T, PeriodicMatrix.constant(np.diag(weight / N)) @ T.transpose()
+
+
+def _same(a: Rotor, b: Rotor) -> bool:
+    """Whether two blades have the same parameters."""
+    return a is b or all(np.array_equal(getattr(a, p.name), getattr(b, p.name)) for p in PARAMETERS)
 
 
 def _diagonal(entries: Sequence[PeriodicMatrix]) -> PeriodicMatrix:

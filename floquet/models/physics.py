@@ -19,8 +19,13 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..errors import ParameterError, did_you_mean
+from ..rotor import Rotor
 
 __all__ = ["Physics", "PhysicsKeywords", "advance_ratios"]
+
+
+#: Above this advance ratio multipliers overflow and no rotor has flown.
+HIGHEST = 10.0
 
 
 class PhysicsKeywords(TypedDict, total=False):
@@ -45,7 +50,7 @@ class Physics:
         for name in ("exact_offset", "reversed_flow", "kinematic_rates"):
             if not isinstance(getattr(self, name), (bool, np.bool_)):
                 raise ParameterError(name, getattr(self, name), f"{getattr(self, name)!r} is neither True nor False")
-        if isinstance(self.tip_loss, (bool, str)) or not 0.5 <= self.tip_loss <= 1.0:
+        if not isinstance(self.tip_loss, (int, float, np.number)) or not 0.5 <= self.tip_loss <= 1.0:
             raise ParameterError(
                 "tip_loss",
                 self.tip_loss,
@@ -68,18 +73,33 @@ class Physics:
         return asdict(self)
 
 
-def advance_ratios(advance_ratio: ArrayLike) -> NDArray[np.float64]:
-    """μ as an array of finite numbers ≥ 0."""
+def advance_ratios(advance_ratio: ArrayLike, rotor: Rotor | None = None) -> NDArray[np.float64]:
+    """μ as an array of finite numbers from 0 to :data:`HIGHEST`, which must broadcast with the rotor's parameters."""
     try:
         mu = np.asarray(advance_ratio, float)
     except (TypeError, ValueError):
         raise ParameterError("advance_ratio", advance_ratio, f"{advance_ratio!r} is not a number") from None
-    if not np.all(np.isfinite(mu)) or np.any(mu < 0):
-        bad = mu[~(np.isfinite(mu) & (mu >= 0))].flat[0]
+    bad = mu[~((mu >= 0) & (mu <= HIGHEST))]
+    if bad.size:
         raise ParameterError(
             "advance_ratio",
             advance_ratio,
-            f"{bad:g} is not possible: μ = V cos α/(ΩR) is a finite number ≥ 0 "
+            f"{bad.flat[0]:g} is not possible: μ = V cos α/(ΩR) lies between 0 and {HIGHEST:g} "
             "(backward flight mirrors forward flight)",
         )
+    if rotor is None:
+        return mu
+    if not isinstance(rotor, Rotor):
+        raise ParameterError(
+            "rotor", rotor, f"{rotor!r} is no Rotor: make one with Rotor(lock_number=…) or load_rotor(file)"
+        )
+    try:
+        np.broadcast_shapes(mu.shape, rotor.shape)
+    except ValueError:
+        raise ParameterError(
+            "advance_ratio",
+            advance_ratio,
+            f"shapes {mu.shape} of advance_ratio and {rotor.shape} of the rotor do not broadcast: "
+            "for every rotor at every μ give the rotor a last axis of length 1",
+        ) from None
     return mu
