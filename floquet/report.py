@@ -514,7 +514,7 @@ def verdict_records(answer: RotorVerdict) -> list[Record]:
     for one in answer.modes:
         here = {
             "advance_ratio": answer.advance_ratio, "mode": one.mode, "valid": one.valid, "error": one.error,
-            "rule": one.rule, "dampings": one.dampings, "simple_dampings": one.simple_dampings,
+            "rule_here": one.rule, "dampings": one.dampings, "simple_dampings": one.simple_dampings,
             "cause_here": one.cause, "lock_here": one.lock, "harmonics": one.harmonics,
             "harmonics_error": one.harmonics_error, "verdict": Verdict(answer.comparison.stability.verdict),
         }  # fmt: skip

@@ -128,6 +128,7 @@ LIMITS: dict[str, Column] = {
         for end in ("start", "end")
     },
     "cause": Column("i1", "1", "how the two models differ in kind at the limit", _flags(Cause)),
+    "rule": Column("i1", "1", "what the mode is compared with at the limit (MEAN is no exponent)", _flags(Rule)),
     "lock": _number("lock at the limit, nan outside, per rev"),
     "lock_edge": _number("advance ratio of the nearest lock edge"),
     "split_edge": _number("advance ratio of the nearest split of a tip-path-plane pair"),

@@ -147,6 +147,7 @@ def limit_rows(plan: Plan, start: int, stop: int) -> Rows:
     for name in ("tolerance", "limit", "mu_max", "lock", "lock_edge", "split_edge"):
         out[name] = np.array([getattr(x, name) for x in found_limits], float)
     out["cause"] = np.array([x.cause for x in found_limits], np.int8)
+    out["rule"] = np.array([x.rule for x in found_limits], np.int8)
     out["intervals"] = np.array([len(x.intervals) for x in found_limits], np.int32)
     for k in range(INTERVALS):
         ends = [x.intervals[k] if k < len(x.intervals) else (math.nan, math.nan) for x in found_limits]

@@ -30,7 +30,18 @@ import numpy as np
 from numpy.polynomial import chebyshev
 from numpy.typing import NDArray
 
-from .comparison import Cause, Comparison, Metric, Model, compare, eigenvalues, exact_model, mode_names, simple_model
+from .comparison import (
+    Cause,
+    Comparison,
+    Metric,
+    Model,
+    Rule,
+    compare,
+    eigenvalues,
+    exact_model,
+    mode_names,
+    simple_model,
+)
 from .errors import ParameterError, did_you_mean
 from .exponents import exponents
 from .models import PhysicsKeywords, flapping, teetering
@@ -74,6 +85,8 @@ class Limit:
         Every interval where it fails; μ_out = inf: still failing at ``mu_max``.
     cause : Cause
         How exact and simple model differ in kind at the limit.
+    rule : Rule
+        What the mode is compared with at the limit (at ``mu_max`` without one); MEAN is no exponent of the rotor.
     lock : float
         ρ per rev of the exact lock at the limit, nan outside a lock.
     lock_edge, split_edge : float
@@ -87,6 +100,7 @@ class Limit:
     limit: float
     intervals: tuple[tuple[float, float], ...]
     cause: Cause
+    rule: Rule
     lock: float
     lock_edge: float
     split_edge: float
@@ -184,13 +198,15 @@ def limits(
             f"limits() takes one rotor, not an array of shape {rotor.shape}: use validity_limit, or index the rotor",
         )
     for metric, tolerance in tolerances:
-        if not (math.isfinite(tolerance) and tolerance > 0):
+        if not (isinstance(tolerance, (int, float, np.number)) and 0 < tolerance < math.inf):
             raise ParameterError(
                 "tolerance",
                 tolerance,
                 f"{tolerance!r} is no tolerance: give a positive number (0.05 is 5 % for a relative metric)",
             )
-        Metric(metric)
+        if metric not in tuple(Metric):
+            known_metrics = ", ".join(f"Metric.{m.name}" for m in Metric)
+            raise ParameterError("metric", metric, f"{metric!r} is no metric: give one of {known_metrics}")
     one = _Rotor(rotor, mu_max, model, options)
     known = mode_names(rotor, model)
     for mode in modes or ():
@@ -321,6 +337,7 @@ class _Rotor:
                     intervals=tuple(intervals),
                     mu_max=self.mu_max,
                     cause=Cause(int(there[mode].cause[i])) if intervals else Cause.NONE,
+                    rule=Rule(int(there[mode].rule[i])),
                     lock=float(there[mode].lock[i]) if intervals else math.nan,
                     lock_edge=_nearest(locks, firsts[i]),
                     split_edge=_nearest(splits, firsts[i]),

@@ -165,7 +165,7 @@ def test_a_verdict_against_a_mean_says_so(run: Floquet) -> None:
     )
     row = run("validity", file, "--advance-ratio", "1", "--mode", "coning", "--json").json[0]
     exact = compare(load_rotor(file), 1.0).stability.exponents
-    assert row["rule"] == "MEAN" and row["dampings"] == sorted(-exact.real)
+    assert row["rule_here"] == "MEAN" and row["dampings"] == sorted(-exact.real)
     assert 2 * row["simple_dampings"][0] == pytest.approx(0.592, abs=1e-3)
     assert "held against the pair's mean" in run("validity", file, "--mode", "coning").out
 
@@ -226,7 +226,7 @@ def test_unstable_rotor_is_an_answer(run: Floquet) -> None:
 def test_one_warning_a_command_on_stderr(run: Floquet) -> None:
     done = run("validity", "--lock-number", "8", "--blades", "2", "--json")
     assert done.status == 0 and len(done.json) == 3
-    assert done.err.count("floquet: warning: two blades") == 1
+    assert done.err.count("floquet: warning: 2 blades") == 1
 
 
 # Bad input.
@@ -238,8 +238,8 @@ def test_one_warning_a_command_on_stderr(run: Floquet) -> None:
         (("analyse", "--lock-number", "0", "--advance-ratio", "0.3"), ("lock_number", "> 0")),
         (("analyse", "--lock-number", "nan", "--advance-ratio", "0.3"), ("lock_number", "finite")),
         (("analyse", "--lock-number", "8", "--hinge-offset", "1", "--advance-ratio", "0.3"), ("hinge_offset", "< 1")),
-        (("analyse", "--lock-number", "8", "--advance-ratio", "-0.1"), ("advance_ratio", "≥ 0")),
-        (("analyse", "--lock-number", "8", "--advance-ratio", "inf"), ("advance_ratio", "finite")),
+        (("analyse", "--lock-number", "8", "--advance-ratio", "-0.1"), ("advance_ratio", "between 0")),
+        (("analyse", "--lock-number", "8", "--advance-ratio", "inf"), ("advance_ratio", "between 0")),
         (("analyse", "--lock-number", "8", "--advance-ratio", "0.3", "--tip-loss", "2"), ("tip_loss",)),
         (("analyse", "--lock-number", "8", "--advance-ratio", "0.3", "--harmonics", "0"), ("harmonics",)),
         (("analyse", "--advance-ratio", "0.3"), ("no rotor was given", "--lock-number 8")),

@@ -11,7 +11,7 @@ import pytest
 from scipy.optimize import brentq
 from scipy.special import mathieu_a, mathieu_b
 
-from floquet.comparison import Cause, Metric, compare
+from floquet.comparison import Cause, Metric, Rule, compare
 from floquet.errors import ParameterError
 from floquet.exponents import stability
 from floquet.models import flapping, tip_path_plane
@@ -99,7 +99,11 @@ def test_a_limit_inside_a_lock_says_so() -> None:
     found = limits(Rotor(lock_number=12.0), modes=["regressing"])[0]
     enter, _, per_rev = lock_windows(Rotor(lock_number=12.0))[0]
     assert enter == pytest.approx(0.21438, abs=1e-5) and per_rev == 0.5
-    assert found.limit < enter and found.cause == Cause.DRIFT
+    assert found.limit < enter and found.cause == Cause.DRIFT and found.rule == Rule.PAIRED
+    held = limits(
+        Rotor(lock_number=5.087, hinge_stiffness=0.248), tolerances=[(Metric.RELATIVE, 0.2)], modes=["coning"]
+    )[0]
+    assert held.limit == math.inf and held.rule == Rule.MEAN  # up to μ = 1, where the pair is locked
     assert compare(Rotor(lock_number=12.0), 0.3)["regressing"].lock == 0.5
 
 
@@ -224,6 +228,7 @@ def test_arrays_of_rotors() -> None:
         (lambda: validity_limit(Rotor(lock_number=8.0), mode="regresive"), "did you mean 'regressing'"),
         (lambda: validity_limit(Rotor(lock_number=8.0), tolerance=0.0), "is no tolerance"),
         (lambda: validity_limit(Rotor(lock_number=8.0), mu_max=-1.0), "above 0"),
+        (lambda: validity_limit(Rotor(lock_number=8.0), metric="absolute"), "give one of Metric.RELATIVE"),
         (lambda: limits(Rotor(lock_number=np.array([6.0, 8.0]))), "takes one rotor"),
         (lambda: lock_windows(Rotor(lock_number=8.0), revesed_flow=True), "did you mean 'reversed_flow'"),
     ],
