@@ -244,7 +244,7 @@ roots = (
     Mutant(
         "extrema between nodes ignored",
         "floquet/validity.py",
-        "real = np.clip(turning.real[",
+        "real = np.clip(found.real[",
         "real = 0.0 * np.clip(turning.real[",
         "tests/test_validity.py",
     ),
@@ -253,6 +253,13 @@ roots = (
         "floquet/validity.py",
         "np.sinh(phi.mean * phi.period) ** 2",
         "0.0 * phi.mean",
+        "tests/test_validity.py",
+    ),
+    Mutant(
+        "locks that meet almost taken for one",
+        "floquet/validity.py",
+        "changes = np.flatnonzero(rho[:-1] != rho[1:])",
+        "changes = np.flatnonzero(rho[:-1] > 99.0)",
         "tests/test_validity.py",
     ),
 )
