@@ -1,6 +1,6 @@
 # What a bare machine needs: Python >= 3.11 with pip, and make. Everything else goes into .venv, once.
 #
-#   make validity   run studies/validity.toml, print where the tip-path-plane model stops, draw the three figures
+#   make validity   run studies/validity.toml, print where the tip-path-plane model stops, draw the four figures
 #   make test       ruff, mypy, pytest
 #   make mutants    break the code on purpose: every break must fail a test
 #   make clean      remove .venv, results and caches
@@ -9,7 +9,7 @@ VENV := .venv
 PYTHON := $(VENV)/bin/python
 FLOQUET := $(PYTHON) -m floquet
 DATABASE := results/validity.h5
-FIGURES := root-locus eigenvalues-vs-mu error-vs-mu
+FIGURES := validity-summary root-locus eigenvalues-vs-mu error-vs-mu
 
 .PHONY: help validity test mutants clean environment test-environment
 .DEFAULT_GOAL := help

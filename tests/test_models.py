@@ -82,6 +82,7 @@ BLADES = [
     {"eps": 0.05, "mu": 2.5, "root_cutout": 0.2, "flap_damping": 0.03},
     {"eps": 0.0, "mu": 2.5, "tip_loss": 0.9},
     {"eps": 0.15, "mu": 0.1},
+    {"eps": 0.15, "mu": 2.5, "K1": 0.2},
 ]
 
 
