@@ -172,7 +172,10 @@ def _hill_map(system: PeriodicSystem, panels: int | None) -> PeriodMap:
             F, error = _estimated(mapped, balance)
             done &= _resolved(F, error, balance)
             if panel.begins is not None and kicks is not None:
-                F[:, :, 0] += F[:, :, 1] * kicks[index, panel.begins, None]
+                inside = (
+                    panel.centre - panel.half < system.period
+                )  # pieces beyond the period have no length, and no kick
+                F[:, :, 0] += F[:, :, 1] * np.where(inside, kicks[index, panel.begins], 0.0)[:, None]
             maps.append(F)
             own.append(error)
             balances.append(balance)

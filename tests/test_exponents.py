@@ -411,6 +411,17 @@ def test_kinks_of_damping_and_stiffness_need_not_agree() -> None:
     assert distances(stability(system).exponents, stability(plain).exponents, 1.0).max() < 1e-13
 
 
+def test_pieces_beyond_the_period_do_not_count() -> None:
+    """The same steps of damping, told over one period or over two of which one is mapped."""
+    values = [PeriodicMatrix.scalar(mean=v) for v in (0.1, 0.5)]
+    stiffness = PeriodicMatrix.scalar(mean=1.3)
+    once = PeriodicMatrix.pieces([replace(v, period=math.pi) for v in values], [0.0, 1.0, math.pi])
+    twice = PeriodicMatrix.pieces(values * 2, [0.0, 1.0, math.pi, math.pi + 1.0, TWO_PI])
+    one = PeriodicSystem(period=math.pi, damping=once, stiffness=replace(stiffness, period=math.pi))
+    two = PeriodicSystem(period=math.pi, damping=twice, stiffness=stiffness)
+    np.testing.assert_allclose(stability(two).exponents, stability(one).exponents, atol=1e-14)
+
+
 def test_conjugates_stand_together() -> None:
     r = Rotor(lock_number=9.0)
     system = multiblade([r.replace() for _ in range(4)], 0.3)
