@@ -17,6 +17,7 @@ from __future__ import annotations
 
 import contextlib
 import errno
+import glob
 import hashlib
 import json
 import math
@@ -40,7 +41,8 @@ from .rotor import PARAMETERS, Hub
 from .sweep import INTERVALS, METRIC_COLUMNS, MODES
 
 __all__ = ["CHUNK_ROWS", "LIMITS", "POINTS", "SCHEMA", "TABLES", "Column", "File", "TableWriter", "atomic", "create",
-           "copy_rows", "data_digest", "open_file", "stored_variables", "verify", "write", "write_failure"]  # fmt: skip
+           "copy_rows", "data_digest", "open_file", "remove_leftovers", "stored_variables", "verify", "write",
+           "write_failure"]  # fmt: skip
 
 Rows = Mapping[str, NDArray[Any]]
 Skip = Callable[[Mapping[str, float], Mapping[str, float]], bool]
@@ -166,8 +168,15 @@ def atomic(path: str | Path) -> Iterator[Path]:
             temporary.unlink()
 
 
+def remove_leftovers(folder: Path, name: str = "") -> None:
+    """Remove temporary files that killed writers of ``name``, or of any file, have left in a folder."""
+    for left in folder.glob(f".{glob.escape(name) or '*'}.*.tmp"):
+        with contextlib.suppress(OSError):
+            left.unlink()
+
+
 def _sync(path: Path) -> None:
-    with path.open("rb") as file:
+    with path.open("rb+") as file:  # Windows syncs only what may be written
         os.fsync(file.fileno())
 
 

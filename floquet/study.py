@@ -8,7 +8,8 @@ A running study is a folder beside its database, ``OUT.h5.parts``::
 
 A shard is a pure function of the plan and its range, written whole or not at all: the listing is the journal, and
 running a shard again changes nothing.  The study id hashes every parameter of the plan and the engine's version.
-When all shards are there they are packed, checked, into the database, and only then removed.
+When all shards are there they are packed, checked, into the database, and only then removed.  A pool of processes whose
+worker dies is made anew; a shard that ends three workers is given up and reported.
 """
 
 from __future__ import annotations
@@ -18,10 +19,13 @@ import functools
 import hashlib
 import json
 import math
+import multiprocessing
+import os
 import shutil
+import threading
 import time
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from concurrent.futures import BrokenExecutor, Executor, as_completed
+from collections.abc import Callable, Generator, Iterator, Mapping, Sequence
+from concurrent.futures import BrokenExecutor, Executor, ProcessPoolExecutor, as_completed
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -39,6 +43,8 @@ __all__ = ["Estimate", "RunReport", "Study", "dry_run", "load_study", "merge", "
 
 Progress = Callable[[int, int], None]
 Rows = dict[str, NDArray[Any]]
+LIVES = 3  # worker processes that a shard may end before it is given up
+GO_ON = "finished shards are kept: go on with --resume and fewer --workers"
 SHARDS = 32  # a study is cut into about so many, within these sizes:
 POINT_SHARD, LIMIT_SHARD = (250, 65536), (1, 1024)  # rows of points, designs
 BYTES_A_VALUE = 4.0  # of 8, after compression: measured on the validity study
@@ -77,9 +83,9 @@ def _sizes(plan: Plan) -> dict[str, int]:
     return {t: int(np.clip(math.ceil(n / SHARDS), *bounds[t])) for t, n in counts.items() if n}
 
 
-def _shards(plan: Plan) -> list[Shard]:
-    """All shards; limits first, for they take longest."""
-    counts, sizes = {"points": plan.points, "limits": plan.designs}, _sizes(plan)
+def _shards(plan: Plan, sizes: Mapping[str, int]) -> list[Shard]:
+    """All shards of these sizes; limits first, for they take longest."""
+    counts = {"points": plan.points, "limits": plan.designs}
     return [
         Shard(t, i, min(i + sizes[t], counts[t]))
         for t in ("limits", "points")
@@ -144,7 +150,11 @@ def dry_run(study: Study) -> Estimate:
     sizes = {t: len(store.stored_variables(c)) * BYTES_A_VALUE for t, c in store.TABLES.items()}
     total = plan.points * sizes["points"] + limits * sizes["limits"]
     return Estimate(
-        designs=plan.designs, points=plan.points, limits=limits, shards=len(_shards(plan)), bytes=int(total)
+        designs=plan.designs,
+        points=plan.points,
+        limits=limits,
+        shards=len(_shards(plan, _sizes(plan))),
+        bytes=int(total),
     )
 
 
@@ -173,12 +183,12 @@ def run(
     executor : concurrent.futures.Executor, optional
         Where shards are computed instead.
     progress : callable
-        ``progress(done, total)`` in rows.
+        ``progress(done, total)`` in shards.
     """
     began, out, study_id = time.monotonic(), Path(out), study.id
     if workers < 1:
         raise InputError(f"workers = {workers} is no number of processes: give 1 or more")
-    shards, folder = _shards(study.plan), parts_of(out)
+    folder = parts_of(out)
     if out.exists():
         rows = _finished(out, study_id, resume)
         return RunReport(
@@ -187,9 +197,12 @@ def run(
             limits=rows.get("limits", 0),
             seconds=0.0,
             computed=0,
-            reused=len(shards),
+            reused=len(_shards(study.plan, _sizes(study.plan))),
         )
-    with _locked(folder, study, resume):
+    with _locked(folder, study, resume) as sizes:
+        store.remove_leftovers(folder)
+        store.remove_leftovers(out.parent, out.name)
+        shards = _shards(study.plan, sizes)
         kept = {s for s in shards if (folder / s.file).exists() and _sound(s, folder, study_id)}
         todo = [s for s in shards if s not in kept]
         failed = _compute(study, todo, folder, workers, executor, _counting(shards, kept, progress))
@@ -234,14 +247,15 @@ def _finished(out: Path, study_id: str, resume: bool) -> dict[str, int]:
 
 
 @contextlib.contextmanager
-def _locked(folder: Path, study: Study, resume: bool) -> Iterator[None]:
-    """The study's folder, made or taken up, for one run at a time."""
+def _locked(folder: Path, study: Study, resume: bool) -> Iterator[dict[str, int]]:
+    """The study's folder, made or taken up, for one run at a time; gives the shard sizes that it began with."""
     from filelock import FileLock, Timeout
 
+    sizes = _sizes(study.plan)
     described = json.dumps(
         {
             "study_id": study.id,
-            "sizes": _sizes(study.plan),
+            "sizes": sizes,
             "points": study.plan.points,
             "designs": study.plan.designs,
             "names": list(study.plan.names),
@@ -266,18 +280,27 @@ def _locked(folder: Path, study: Study, resume: bool) -> Iterator[None]:
                 raise InputError(
                     f"{folder} holds an unfinished run: go on with it by --resume, or remove the folder to start again"
                 )
-            if _journal(folder).get("study_id") != study.id:
+            about = _journal(folder)
+            if about.get("study_id") != study.id:
                 raise InputError(
                     f"{folder} holds an unfinished run of another study: choose another output, or remove the folder"
                 )
+            began = about.get("sizes")
+            if not (isinstance(began, dict) and began.keys() == sizes.keys() and all(map(_is_size, began.values()))):
+                raise DatabaseError(folder, DAMAGED_JOURNAL)
+            sizes = began
         else:
             with store.atomic(folder / "study.toml") as temporary:
                 temporary.write_text(study.text, encoding="utf-8")
             with store.atomic(journal) as temporary:
                 temporary.write_text(described, encoding="utf-8")
-        yield
+        yield sizes
     finally:
         lock.release()
+
+
+def _is_size(value: Any) -> bool:
+    return isinstance(value, int) and value > 0
 
 
 @contextlib.contextmanager
@@ -297,7 +320,7 @@ def _options(plan: Plan) -> dict[str, Any]:
 
 
 def _counting(shards: Sequence[Shard], kept: set[Shard], progress: Progress | None) -> Callable[[Shard], None]:
-    """Progress in shares of points: a design's limits count as many rows as a shard of points has to a design."""
+    """Progress in shards."""
     total, done = len(shards), len(kept)
     if progress:
         progress(done, total)
@@ -321,8 +344,8 @@ def _compute(
 ) -> list[tuple[str, str]]:
     """Make the shards; the names of those that failed, with reasons."""
     failed: list[tuple[str, str]] = []
-    with _engine(workers if len(todo) > 1 else 1, executor) as engine:
-        for shard, result in _results(engine, study, todo, folder):
+    with contextlib.closing(_results(study, todo, folder, workers, executor)) as results:
+        for shard, result in results:
             try:
                 result()
             except InputError as error:
@@ -330,41 +353,91 @@ def _compute(
             except (ValueError, ArithmeticError) as error:  # NumPy's and SciPy's, LinAlgError is a ValueError
                 failed.append((shard.file, f"the computation failed ({type(error).__name__}: {error})"))
             except BrokenExecutor as error:
-                raise FailedError(
-                    "a worker process died, perhaps for want of memory; finished shards are kept: "
-                    "go on with --resume and fewer --workers"
-                ) from error
+                raise FailedError(f"a worker process died, perhaps for want of memory; {GO_ON}") from error
             count(shard)
     return failed
 
 
-def _results(
-    engine: Executor | None, study: Study, todo: Sequence[Shard], folder: Path
-) -> Iterator[tuple[Shard, Callable[[], str]]]:
+Results = Generator[tuple[Shard, Callable[[], str]], None, None]
+
+
+def _results(study: Study, todo: Sequence[Shard], folder: Path, workers: int, executor: Executor | None) -> Results:
     """Each shard as it is done (or, in this process, to be done), with what gives its result or raises."""
-    if engine is None:
+    if executor is not None:
+        futures = {executor.submit(_make, study.plan, shard, folder, study.id): shard for shard in todo}
+        for future in as_completed(futures):
+            yield futures[future], future.result
+    elif workers == 1 or len(todo) < 2:
         for shard in todo:
             yield shard, functools.partial(_make, study.plan, shard, folder, study.id)
-        return
-    futures = {engine.submit(_make, study.plan, shard, folder, study.id): shard for shard in todo}
-    for future in as_completed(futures):
-        yield futures[future], future.result
+    else:
+        yield from _pooled(study, todo, folder, workers)
+
+
+def _pooled(study: Study, todo: Sequence[Shard], folder: Path, workers: int) -> Results:
+    """Shards from a pool of processes that is made anew when a worker dies.
+
+    Nobody says which shard the dead worker had, but shards are handed out in order: it was one of the first that are
+    not done.  These are made alone, so that a shard that ends its worker again has only itself to blame.
+    """
+    left, lost = list(todo), 0
+    while left:
+        with contextlib.suppress(BrokenExecutor), _pool(workers) as pool:
+            futures = {pool.submit(_make, study.plan, shard, folder, study.id): shard for shard in left}
+            for future in as_completed(futures):
+                if isinstance(error := future.exception(), BrokenExecutor):
+                    raise error
+                left.remove(futures[future])
+                yield futures[future], future.result
+        for shard in left[: 2 * workers + 1]:
+            result = _alone(study, shard, folder)
+            lost += result is None
+            if lost > 1 and lost == len(todo) - len(left) + 1:  # and nothing else came of the others
+                raise FailedError(f"every worker process dies at once, perhaps for want of memory; {GO_ON}")
+            left.remove(shard)
+            yield shard, result or _given_up
+
+
+def _alone(study: Study, shard: Shard, folder: Path) -> Callable[[], str] | None:
+    """A shard from a process of its own; None if it ends every one that it is given."""
+    for _ in range(LIVES):
+        with contextlib.suppress(BrokenExecutor), _pool(1) as pool:
+            future = pool.submit(_make, study.plan, shard, folder, study.id)
+            if isinstance(error := future.exception(), BrokenExecutor):
+                raise error
+            return future.result
+    return None
+
+
+def _given_up() -> str:
+    raise InputError(f"it ended {LIVES} worker processes, perhaps for want of memory: try it with --workers 1")
 
 
 @contextlib.contextmanager
-def _engine(workers: int, executor: Executor | None) -> Iterator[Executor | None]:
-    """The executor given, a pool of fresh processes, or None for this process."""
-    if executor is not None or workers == 1:
-        yield executor
-        return
-    import multiprocessing
-    from concurrent.futures import ProcessPoolExecutor
+def _pool(workers: int) -> Iterator[Executor]:
+    """Fresh processes, ended at once by any exception: a shard is there whole or not at all."""
+    others = multiprocessing.active_children()
+    spawned = multiprocessing.get_context("spawn")
+    with ProcessPoolExecutor(workers, mp_context=spawned, initializer=_end_with_parent) as pool:
+        try:
+            yield pool
+        except BaseException:
+            pool.shutdown(wait=False, cancel_futures=True)
+            for child in multiprocessing.active_children():
+                if child not in others:
+                    child.terminate()
+            raise
 
-    pool = ProcessPoolExecutor(workers, mp_context=multiprocessing.get_context("spawn"))
-    try:
-        yield pool
-    finally:
-        pool.shutdown(wait=True, cancel_futures=True)
+
+def _end_with_parent() -> None:
+    """Let this worker leave when its parent is killed, or it would wait for work forever."""
+
+    def watch() -> None:
+        if (parent := multiprocessing.parent_process()) is not None:
+            parent.join()
+            os._exit(1)
+
+    threading.Thread(target=watch, daemon=True).start()
 
 
 # ---------------------------------------------------------------------- packing and merging

@@ -232,6 +232,15 @@ def test_a_failure_at_any_step_leaves_the_old_file_and_nothing_else(
     assert target.read_text() == "old" and list(tmp_path.iterdir()) == [target]
 
 
+def test_leftovers_of_killed_writers_go_and_nothing_else(tmp_path: Path) -> None:
+    for name in (".a[1].h5.77.tmp", ".b.h5.78.tmp", ".a1.h5.79.tmp", "a[1].h5", "mine.tmp"):
+        (tmp_path / name).touch()
+    store.remove_leftovers(tmp_path, "a[1].h5")
+    assert {p.name for p in tmp_path.iterdir()} == {".b.h5.78.tmp", ".a1.h5.79.tmp", "a[1].h5", "mine.tmp"}
+    store.remove_leftovers(tmp_path)
+    assert {p.name for p in tmp_path.iterdir()} == {"a[1].h5", "mine.tmp"}
+
+
 @pytest.mark.skipif(sys.platform == "win32", reason="file size limits are POSIX")
 @pytest.mark.parametrize("kilobytes", [1, 20, 60])
 def test_a_full_disk_is_one_sentence(tmp_path: Path, kilobytes: int) -> None:

@@ -4,9 +4,13 @@ from __future__ import annotations
 
 import csv
 import json
+import multiprocessing
+import os
+import signal
 import subprocess
 import sys
 import textwrap
+import threading
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Any
@@ -18,7 +22,7 @@ from filelock import FileLock
 
 from floquet import store, study
 from floquet.comparison import Metric
-from floquet.errors import ConfigError, DatabaseError, InputError
+from floquet.errors import ConfigError, DatabaseError, FailedError, InputError
 from floquet.export import export
 from floquet.rotor import Hub
 from floquet.sweep import limit_rows, point_rows
@@ -49,6 +53,14 @@ def file(tmp_path: Path) -> Path:
     path = tmp_path / "small study.toml"
     path.write_text(SMALL)
     return path
+
+
+@pytest.fixture
+def tiny(file: Path) -> Path:
+    """Two rotors and 600 points: seven shards when they are cut small."""
+    lines = SMALL.replace("count = 60", "count = 300").replace("absolute_tolerances = [0.02]", "").splitlines()
+    file.write_text("\n".join(line for line in lines if not line.startswith("grid")))
+    return file
 
 
 @pytest.fixture
@@ -428,6 +440,108 @@ def test_ten_kills_at_random_moments_lose_nothing(file: Path, tmp_path: Path) ->
     assert done.returncode == 0, done.stderr
     kept, reused, killed, whole = json.loads(done.stdout)
     assert killed == whole and 0 < reused <= kept
+
+
+@pytest.mark.usefixtures("quick")
+def test_resume_keeps_the_sizes_of_shards_it_began_with(
+    tiny: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    folder = _unpacked(tiny, tmp_path / "out.h5")
+    min(folder.glob("points-*.h5")).unlink()
+    monkeypatch.setattr(study, "POINT_SHARD", (70, 70))
+    left = tmp_path / ".out.h5.99.tmp"
+    left.write_bytes(b"half a database of a run that was killed while it packed")
+    report = study.run(study.load_study(tiny), tmp_path / "out.h5", resume=True)
+    assert (report.computed, report.reused) == (1, 6) and not left.exists()
+
+
+@pytest.mark.parametrize("sizes", [{}, {"points": 0, "limits": 3}, {"points": "100", "limits": 3}, None, [100, 3]])
+def test_sizes_of_shards_that_cannot_be_are_one_sentence(tiny: Path, tmp_path: Path, sizes: Any) -> None:
+    folder = study.parts_of(tmp_path / "out.h5")
+    folder.mkdir()
+    (folder / "study.json").write_text(json.dumps({"study_id": study.load_study(tiny).id, "sizes": sizes}))
+    with pytest.raises(DatabaseError, match=r"study\.json is damaged"):
+        study.run(study.load_study(tiny), tmp_path / "out.h5", resume=True)
+
+
+def _deadly(plan: Any, shard: study.Shard, folder: Path, study_id: str) -> str:
+    """What a worker does, but some shards end it."""
+    if shard.name.startswith(os.environ["DEADLY"]):
+        os._exit(9)
+    return study._make(plan, shard, folder, study_id)
+
+
+@pytest.mark.usefixtures("quick")
+def test_a_shard_that_ends_its_workers_is_given_up_and_the_others_are_made(
+    tiny: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    one, out = study.load_study(tiny), tmp_path / "out.h5"
+    with monkeypatch.context() as patch:
+        patch.setenv("DEADLY", "points-000000000200")
+        patch.setattr(study, "_make", _deadly)
+        report = study.run(one, out, workers=2)
+    [(name, reason)] = report.failed
+    assert name.startswith("points-000000000200") and "ended 3 worker processes" in reason
+    assert report.computed == 6 and not out.exists()
+    assert study.run(one, out, resume=True).reused == 6
+    study.run(one, tmp_path / "whole.h5")
+    assert store.data_digest(out) == store.data_digest(tmp_path / "whole.h5")
+
+
+@pytest.mark.usefixtures("quick")
+def test_workers_that_all_die_end_the_run(tiny: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("DEADLY", "")
+    monkeypatch.setattr(study, "_make", _deadly)
+    with pytest.raises(FailedError, match=r"dies at once.*--resume"):
+        study.run(study.load_study(tiny), tmp_path / "out.h5", workers=2)
+
+
+@pytest.mark.usefixtures("quick")
+def test_a_worker_killed_from_outside_costs_nothing(tiny: Path, tmp_path: Path) -> None:
+    """As a system short of memory does it: the pool is made anew, and the data are the same."""
+    one, killed = study.load_study(tiny), []
+
+    def kill(done: int, total: int) -> None:
+        if done == 1:
+            killed.append(multiprocessing.active_children()[0])
+            killed[0].kill()
+
+    report = study.run(one, tmp_path / "out.h5", workers=2, progress=kill)
+    study.run(one, tmp_path / "whole.h5")
+    assert killed and report.failed == () and report.computed == 7
+    assert store.data_digest(tmp_path / "out.h5") == store.data_digest(tmp_path / "whole.h5")
+
+
+@pytest.mark.parametrize("how", ["os.kill(os.getpid(), signal.SIGKILL)", "raise KeyboardInterrupt"])
+@pytest.mark.skipif(sys.platform == "win32", reason="signals are POSIX")
+def test_workers_leave_at_once_when_their_parent_is_killed_or_interrupted(tmp_path: Path, how: str) -> None:
+    program = tmp_path / "parent.py"
+    program.write_text(
+        textwrap.dedent(f"""
+            import os, signal, time
+            from floquet import study
+            if __name__ == "__main__":
+                with study._pool(1) as pool:
+                    print(pool.submit(os.getpid).result(), flush=True)
+                    pool.submit(time.sleep, 60)
+                    time.sleep(0.2)
+                    {how}
+        """)
+    )
+    environment = os.environ | {"PYTHONPATH": str(Path(study.__file__).parents[1])}
+    parent = subprocess.Popen(
+        [sys.executable, str(program)], stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, env=environment
+    )
+    assert parent.stdout is not None
+    worker = int(parent.stdout.readline())
+    end = threading.Thread(target=parent.stdout.read, daemon=True)  # it comes when no process holds the pipe any more
+    end.start()
+    end.join(20.0)  # the worker has 60 s to sleep
+    if end.is_alive():
+        os.kill(worker, signal.SIGKILL)
+        pytest.fail("the worker outlived its parent by 20 s")
+    parent.stdout.close()
+    assert parent.wait() != 0
 
 
 # ---------------------------------------------------------------------- merging and exporting
