@@ -36,9 +36,10 @@ two reals.
 
 Reading order, which is the order in which data flow (nothing imports against it)::
 
-    errors, tomlfile, rotorfile, rotor → periodic → models → period_map → exponents → modes → comparison → validity
+    errors, tomlfile, rotorfile, rotor → periodic → models → period_map → passage → exponents → modes → comparison
+                            → validity → response → decoupling
                             → sweep → store → studyfile → study → export → query
-                            → plot → report → cli
+                            → plot → report → exhibits → cli
 
 Names below are loaded when they are first used: ``import floquet`` itself loads no NumPy, SciPy, h5py or matplotlib.
 """

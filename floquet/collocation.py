@@ -4,7 +4,7 @@ On a panel ψ = centre + h x, x in [-1, 1], the highest derivative g is a polyno
 I₁, I₂ the matrices that integrate it once and twice from x = -1::
 
     second order   g = -(h D q̇ + h² K q),   q̇ = q̇₀ + I₁ g,   q = q₀ + (1+x) q̇₀ + I₂ g
-    first order    g = h A x,                x = x₀ + I₁ g
+    first order    g = h (A x + F u),        x = x₀ + I₁ g
 
 is a linear system for g at the nodes; the end of the panel follows by Gauss quadrature, with an error O(h^2p).
 """
@@ -85,14 +85,30 @@ def second_order_panel(D: Array | None, K: Array, h: Array, rule: Rule) -> Array
     return out
 
 
-def first_order_panel(A: Array, h: Array, rule: Rule) -> Array:
-    """Map of x over one panel of ``x' = A x``: samples (cases, p, n, n) → (cases, n, n)."""
+def first_order_panel(A: Array, h: Array, rule: Rule, F: Array | None = None) -> Array:
+    """Map of x over one panel of ``x' = A x + F u`` with constant u.
+
+    Parameters
+    ----------
+    A : (cases, p, n, n)
+        Samples at the nodes.
+    h : (cases,)
+        Half the panel's length.
+    F : (cases, p, n, m), optional
+
+    Returns
+    -------
+    (cases, n, n + m)
+        The columns that multiply x₀, then those that multiply u.
+    """
     cases, p, n, _ = A.shape
     hA = h[:, None, None, None] * A
     system = (-hA[:, :, :, None, :] * rule.once[None, :, None, :, None]).reshape(cases, p * n, p * n)
     system[:, np.arange(p * n), np.arange(p * n)] += 1.0
-    g = np.linalg.solve(system, hA.reshape(cases, p * n, n)).reshape(cases, p, n, n)
-    return np.eye(n) + _weighted(rule.weights, g)
+    right = hA if F is None else np.concatenate([hA, h[:, None, None, None] * F], axis=-1)
+    columns = right.shape[-1]
+    g = np.linalg.solve(system, right.reshape(cases, p * n, columns)).reshape(cases, p, n, columns)
+    return np.eye(n, columns) + _weighted(rule.weights, g)
 
 
 def _weighted(weights: Array, g: NDArray[Any]) -> Array:

@@ -20,10 +20,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from .collocation import first_order_panel, gauss_rule
 from .errors import ParameterError
 from .exponents import stability
-from .period_map import NODES
+from .passage import passage
 from .periodic import PeriodicSystem
 
 __all__ = ["Modes", "modes"]
@@ -75,17 +74,13 @@ def modes(system: PeriodicSystem) -> Modes:
     T, n = system.period, system.states
     twist = np.ones(n) if system.twist is None else system.twist
     span = T if system.twist is None else 2.0 * T
-    maps = _steps(system, span)
-    states = np.empty((STEPS + 1, n, n))
-    states[0] = np.eye(n)
-    for k, step in enumerate(maps):
-        states[k + 1] = step @ states[k]
+    psi = np.linspace(0.0, span, STEPS + 1)
+    states = passage(system, psi).fundamental()
     half = STEPS if system.twist is None else STEPS // 2
     values, V = np.linalg.eig((twist[:, None] * states[half]).astype(complex))
     found = stability(system)
     eta = np.asarray(found.exponents)
     order = _paired(eta, np.log(values) / T, 2.0 * math.pi / T)
-    psi = np.linspace(0.0, span, STEPS + 1)
     p = np.einsum("kij,jm->mki", states, V[:, order]) * np.exp(-eta[:, None] * psi)[:, :, None]
     p /= np.sqrt(np.mean(np.sum(np.abs(p[:, :-1]) ** 2, axis=-1), axis=-1))[:, None, None]
     q = p[:, :-1, : system.degrees]
@@ -106,14 +101,6 @@ def modes(system: PeriodicSystem) -> Modes:
         participation=share,
         closure=np.abs(p[:, -1] - p[:, 0]).max(axis=-1),
     )
-
-
-def _steps(system: PeriodicSystem, span: float) -> NDArray[np.float64]:
-    """Maps over equal steps of the span."""
-    h, rule = 0.5 * span / STEPS, gauss_rule(NODES)
-    psi = (2 * np.arange(STEPS)[:, None] + 1 + rule.nodes) * h
-    A = system.sample(psi.ravel())
-    return first_order_panel(A.reshape(STEPS, NODES, *A.shape[-2:]), np.full(STEPS, h), rule)
 
 
 def _paired(eta: Complex, found: Complex, strip: float) -> NDArray[np.intp]:

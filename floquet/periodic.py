@@ -9,7 +9,7 @@ It knows ``+``, ``-``, ``@``, a derivative, a mean, a shift and samples, so that
 as the report prints it (eq. B5): ``D = Ti @ (2 * T.derivative() + A @ T)``.  Leading axes are cases (rotors, advance
 ratios …) and broadcast.
 
-A :class:`PeriodicSystem` is ``q'' + D q' + K q = F u`` or ``x' = A x``; primes are d/dψ.
+A :class:`PeriodicSystem` is ``q'' + D q' + K q = F u`` or ``x' = A x + F u``; primes are d/dψ.
 """
 
 from __future__ import annotations
@@ -322,7 +322,7 @@ def _union(a: Array, b: Array, period: float) -> Array:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class PeriodicSystem:
-    """``q'' + D q' + K q = F u`` (state q, q') or ``x' = A x``.
+    """``q'' + D q' + K q = F u`` (state q, q') or ``x' = A x + F u``.
 
     Give either ``stiffness`` (with ``damping`` and ``inputs``, each optional), or ``matrix``, or ``function``.
 
@@ -342,6 +342,8 @@ class PeriodicSystem:
         S with A(ψ + period) = S A(ψ) S⁻¹, as a diagonal; None is the identity.
     kinks : float (..., k)
         Places in (0, period) where ``function`` is not smooth.
+    input_names : tuple of str
+        Names of the columns of F.
     coordinates : tuple of str
         Names of q (or x).
     """
@@ -354,6 +356,7 @@ class PeriodicSystem:
     function: Callable[[Array], Array] | None = None
     twist: Array | None = None
     kinks: Array | None = None
+    input_names: tuple[str, ...] = ()
     coordinates: tuple[str, ...] = ()
     name: str = ""
 

@@ -14,9 +14,9 @@ import floquet
 
 PACKAGE = Path(floquet.__file__).parent
 ORDER = (
-    "errors", "tomlfile", "rotorfile", "rotor", "periodic", "models", "kernels", "collocation", "period_map",
+    "errors", "tomlfile", "rotorfile", "rotor", "periodic", "models", "kernels", "collocation", "period_map", "passage",
     "exponents", "modes", "comparison", "validity", "response", "decoupling", "sweep", "store", "studyfile", "study",
-    "export", "query", "plot", "report", "cli", "__main__",
+    "export", "query", "plot", "report", "exhibits", "cli", "__main__",
 )  # fmt: skip
 HOMES = {
     "h5py": "store", "matplotlib": "plot", "click": "cli", "rich": "cli", "numba": "kernels", "lark": "query",

@@ -166,12 +166,15 @@ def test_teetering_is_equations_2_and_7() -> None:
         system.stiffness.sample(PSI)[:, 0, 0], [closed_forms.blade_stiffness(c, p) for p in PSI], rtol=RELATIVE
     )
     np.testing.assert_allclose(
-        system.forcing.sample(PSI)[:, 0], [closed_forms.blade_forcing(f, p) for p in PSI], atol=RELATIVE
+        system.forcing.sample(PSI)[:, 0, :10], [closed_forms.blade_forcing(f, p) for p in PSI], atol=RELATIVE
     )
     assert plane.damping is not None and plane.stiffness is not None and plane.forcing is not None
     expected = closed_forms.teetering_tip_path_plane(7.0, 0.1, 0.25, mu)
-    for got, table in zip((plane.damping.mean(), plane.stiffness.mean(), plane.forcing.mean()), expected, strict=True):
+    F = plane.forcing.mean()
+    for got, table in zip((plane.damping.mean(), plane.stiffness.mean(), F[:, :10]), expected, strict=True):
         np.testing.assert_allclose(got, table, atol=10 * RELATIVE)
+    assert plane.input_names[10] == "precone"
+    np.testing.assert_allclose(F[:, 10], closed_forms.precone_forcing(7.0, 0.25, mu), atol=10 * RELATIVE)
 
 
 @pytest.mark.parametrize("N", [3, 4, 5, 6, 7])

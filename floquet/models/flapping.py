@@ -30,12 +30,10 @@ from numpy.typing import ArrayLike, NDArray
 from ..errors import FloquetWarning, ParameterError
 from ..periodic import TWO_PI, PeriodicMatrix, PeriodicSystem
 from ..rotor import Rotor
+from .inputs import FORCING
 from .physics import Physics, PhysicsKeywords, advance_ratios
 
-__all__ = ["FORCING", "flapping"]
-
-#: The columns of F: controls, inflow, body rates and accelerations.
-FORCING = ("theta_0", "A_1c", "B_1c", "theta_t", "lambda", "p_w", "q_w", "pdot_w", "qdot_w", "normal_acceleration")
+__all__ = ["flapping"]
 
 Array = NDArray[np.float64]
 SINE, COSINE = PeriodicMatrix.scalar(sines=[1.0]), PeriodicMatrix.scalar(cosines=[1.0])
@@ -56,7 +54,8 @@ def flapping(rotor: Rotor, advance_ratio: ArrayLike, **options: Unpack[PhysicsKe
     Returns
     -------
     PeriodicSystem
-        One coordinate β, period 2π, exponents per radian of azimuth (units of Ω), ten inputs :data:`FORCING`.
+        One coordinate β, period 2π, exponents per radian of azimuth (units of Ω); ten inputs, see
+        :mod:`floquet.models.inputs`.
     """
     physics = Physics.of(options)
     mu = advance_ratios(advance_ratio, rotor)
@@ -95,7 +94,13 @@ def flapping(rotor: Rotor, advance_ratio: ArrayLike, **options: Unpack[PhysicsKe
         return PeriodicMatrix.assemble([columns])
 
     return PeriodicSystem(
-        period=TWO_PI, damping=damping, stiffness=stiffness, inputs=forcing, coordinates=("beta",), name="flapping"
+        period=TWO_PI,
+        damping=damping,
+        stiffness=stiffness,
+        inputs=forcing,
+        input_names=FORCING,
+        coordinates=("beta",),
+        name="flapping",
     )
 
 

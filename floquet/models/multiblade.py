@@ -74,6 +74,7 @@ def multiblade(
         damping=D,
         stiffness=K,
         inputs=forcing,
+        input_names=models[0].input_names,
         coordinates=coordinates(N),
         name="multiblade",
     )

@@ -7,6 +7,13 @@ blades' eq. (1) is::
 
 so the even harmonics of the coefficients remain, and the odd ones of the forcing.  Without reversed flow it is a damped
 Mathieu equation.
+
+Built-in coning a₀ (both blades up) adds what the odd harmonics of one blade's stiffness do to it; the report leaves
+that out of (2) and (7)::
+
+    f = −a₀ [(γμ/6) cos ψ + (γK₁μ/3) sin ψ]
+
+where K₁ acts on the total flap angle, coning included; it is the eleventh input.
 """
 
 from __future__ import annotations
@@ -21,6 +28,7 @@ from ..errors import ParameterError
 from ..periodic import PeriodicMatrix, PeriodicSystem
 from ..rotor import Rotor
 from .flapping import flapping
+from .inputs import PRECONE
 from .physics import PhysicsKeywords
 
 __all__ = ["teetering"]
@@ -29,7 +37,8 @@ __all__ = ["teetering"]
 def teetering(rotor: Rotor, advance_ratio: ArrayLike, **options: Unpack[PhysicsKeywords]) -> PeriodicSystem:
     """Teetering of a two-bladed rotor, eq. (2): one coordinate β, period π, exponents modulo 2i per rev.
 
-    ``rotor`` must have no hinge offset (ε = m = 0); see :func:`floquet.flapping` for the other arguments.
+    Its inputs are the blade's and ``precone``.  ``rotor`` must have no hinge offset (ε = m = 0); see
+    :func:`floquet.flapping` for the other arguments.
     """
     if np.any(np.asarray(rotor.hinge_offset) != 0) or np.any(np.asarray(rotor.offset_mass_ratio) != 0):
         e, m = (float(np.max(np.asarray(x))) for x in (rotor.hinge_offset, rotor.offset_mass_ratio))
@@ -41,20 +50,24 @@ def teetering(rotor: Rotor, advance_ratio: ArrayLike, **options: Unpack[PhysicsK
         )
     blade = flapping(rotor, advance_ratio, **options)
     assert blade.damping is not None and blade.stiffness is not None and blade.inputs is not None
-    inputs = blade.inputs
+    inputs, stiffness = blade.inputs, blade.stiffness
 
     def forcing() -> PeriodicMatrix:
-        f = inputs()
-        return 0.5 * (f - f.shifted(math.pi))
+        return PeriodicMatrix.assemble([[_odd(inputs()), -1.0 * _odd(stiffness)]])
 
     return PeriodicSystem(
         period=math.pi,
         damping=_even(blade.damping),
         stiffness=_even(blade.stiffness),
         inputs=forcing,
+        input_names=(*blade.input_names, PRECONE),
         coordinates=("beta",),
         name="teetering",
     )
+
+
+def _odd(matrix: PeriodicMatrix) -> PeriodicMatrix:
+    return 0.5 * (matrix - matrix.shifted(math.pi))
 
 
 def _even(matrix: PeriodicMatrix) -> PeriodicMatrix:

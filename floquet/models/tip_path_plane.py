@@ -79,6 +79,7 @@ def _projected(blade: PeriodicSystem, t: PeriodicMatrix, names: tuple[str, ...],
         damping=_mean(D),
         stiffness=_mean(K),
         inputs=lambda: _mean(t_plus @ inputs()),
+        input_names=blade.input_names,
         coordinates=names,
         name=name,
     )
