@@ -11,7 +11,7 @@ FLOQUET := $(PYTHON) -m floquet
 DATABASE := results/validity.h5
 FIGURES := validity-summary root-locus eigenvalues-vs-mu error-vs-mu
 
-.PHONY: help validity test mutants clean environment test-environment
+.PHONY: help validity report1431 test mutants clean environment test-environment
 .DEFAULT_GOAL := help
 
 help:
@@ -20,6 +20,10 @@ help:
 validity: $(DATABASE)
 	@for kind in $(FIGURES); do $(FLOQUET) plot $(DATABASE) $$kind -o results/$$kind.png || exit; done
 	@$(FLOQUET) validity $(DATABASE)
+
+# Studies that are written already are written again; the database among them is kept if it is finished.
+report1431: environment
+	$(FLOQUET) study --all --resume -o results/tp1431
 
 # Made again when the study, a rotor or the code has changed; what an earlier version left is not mixed with it.
 $(DATABASE): studies/validity.toml $(wildcard data/rotors/*.toml floquet/*.py floquet/*/*.py) | environment

@@ -34,6 +34,8 @@ Modes of the rotor in the non-rotating frame, with η = σ ± iρ of one blade: 
 σ ± iρ, ``advancing`` σ ± i(ρ + 1), and for even N ``differential``.  A mode has two exponents: a locked one has
 two reals.
 
+Inputs of a rotor (controls, inflow, body motion) have names and units in :mod:`floquet.models.inputs`.
+
 Reading order, which is the order in which data flow (nothing imports against it)::
 
     errors, tomlfile, rotorfile, rotor → periodic → models → period_map → passage → exponents → modes → comparison
@@ -53,10 +55,12 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from floquet.comparison import compare
+    from floquet.decoupling import control_mixing, rate_feedback
     from floquet.exponents import stability
-    from floquet.models import averaged, flapping, multiblade, teetering, tip_path_plane
+    from floquet.models import averaged, flapping, hover_modes, multiblade, teetering, tip_path_plane
     from floquet.periodic import PeriodicSystem
     from floquet.query import open_database
+    from floquet.response import periodic_response, reduced_order, steady_state, step_response
     from floquet.rotor import Hub, Rotor, load_rotor
     from floquet.sweep import sweep
     from floquet.validity import instability_onset, lock_windows, validity_intervals, validity_limit
@@ -65,8 +69,9 @@ __version__ = "0.1.0"
 
 __all__ = [
     "Rotor", "Hub", "load_rotor",
-    "PeriodicSystem", "flapping", "teetering", "multiblade", "tip_path_plane", "averaged",
+    "PeriodicSystem", "flapping", "teetering", "multiblade", "tip_path_plane", "averaged", "hover_modes",
     "stability", "compare", "validity_limit", "validity_intervals", "lock_windows", "instability_onset",
+    "steady_state", "periodic_response", "step_response", "reduced_order", "control_mixing", "rate_feedback",
     "sweep", "open_database",
 ]  # fmt: skip
 
@@ -74,11 +79,14 @@ _HOME = {
     "Rotor": "rotor", "Hub": "rotor", "load_rotor": "rotor",
     "PeriodicSystem": "periodic",
     "flapping": "models", "teetering": "models", "multiblade": "models", "tip_path_plane": "models",
-    "averaged": "models",
+    "averaged": "models", "hover_modes": "models",
     "stability": "exponents",
     "compare": "comparison",
     "validity_limit": "validity", "validity_intervals": "validity", "lock_windows": "validity",
     "instability_onset": "validity",
+    "steady_state": "response", "periodic_response": "response", "step_response": "response",
+    "reduced_order": "response",
+    "control_mixing": "decoupling", "rate_feedback": "decoupling",
     "sweep": "sweep",
     "open_database": "query",
 }  # fmt: skip

@@ -129,6 +129,8 @@ workers_flag = click.option("--workers", type=int, help="Processes (left out: on
 table_flag = click.option("--table", default="points", show_default=True, help="points or limits.")
 output_file = click.option("-o", "--output", required=True, help="File to write.")
 
+REPORT = "tp1431"
+"""The numbered studies' folder among the studies, and where they are written."""
 PHYSICS = ("model", "exact_offset", "reversed_flow", "tip_loss", "kinematic_rates")
 
 
@@ -488,29 +490,56 @@ def plot(database: str, kind: str, output: str, rotor: str | None, dpi: float) -
 @command.command()
 @click.argument("name", required=False)
 @click.option("--all", "everything", is_flag=True, help="Run every study.")
-@click.option("-o", "--output", help="Database to write (left out: NAME.h5 here).")
+@click.option("-o", "--output", help="File or folder to write, see above.")
 @click.option("--resume", is_flag=True, help="Go on with a run that was stopped; keep a finished output.")
 @workers_flag
 def study(name: str | None, everything: bool, output: str | None, resume: bool, workers: int | None) -> int:
     """List the studies of the package, or run them.
 
-    Without a NAME they are listed; with one, or with --all, they are run.
+    Without a NAME they are listed.  A numbered study (table-1, figure-3, question-2 ...) writes its figure, its table
+    and a page, index.html, into the folder of --output (left out: tp1431); any other study writes a database (left
+    out: NAME.h5).  --all runs every study, into the folder of --output.
     """
+    from floquet import exhibits
     from floquet import study as studies
 
-    known = {path.stem: path for path in sorted(studies_folder().glob("*.toml"))}
+    databases = {path.stem: path for path in sorted(studies_folder().glob("*.toml"))}
+    numbered = exhibits.find(studies_folder() / REPORT)
+    known = databases | numbered
     if name is not None and name not in known:
         raise InputError(f"{name!r} is no study{did_you_mean(name, known) or ': there are ' + ', '.join(known)}")
-    if output is not None and name is None:
-        raise InputError("--output goes with the NAME of one study")
+    if output is not None and name is None and not everything:
+        raise InputError("--output goes with the NAME of one study, or with --all")
     if name is None and not everything:
-        for key, path in known.items():
-            answer(f"{key}: {studies.load_study(path).title}")
+        titles = {key: studies.load_study(path).title for key, path in databases.items()}
+        titles |= {key: exhibits.title(path) for key, path in numbered.items()}
+        answer("\n".join(f"{key}: {title}" for key, title in titles.items()))
         return 0
-    statuses = []
-    for key in [name] if name is not None else known:
-        statuses.append(_run(studies.load_study(known[key]), output or f"{key}.h5", resume, workers, None))
-    return max(statuses, default=0)
+    count = processors() if workers is None else workers
+    chosen = list(known) if name is None else [name]
+    statuses = [0]
+    if paths := [numbered[key] for key in chosen if key in numbered]:
+        statuses.append(_exhibits(paths, Path(output or REPORT), count))
+    for key in chosen:
+        if key in databases:
+            target = output if output is not None and name is not None else str(Path(output or "") / f"{key}.h5")
+            statuses.append(_run(studies.load_study(databases[key]), target, resume, workers, None))
+    return max(statuses)
+
+
+def _exhibits(paths: Sequence[Path], folder: Path, workers: int) -> int:
+    from floquet import exhibits, report
+
+    with progress("numbered studies") as done:
+        failed = exhibits.make_all(paths, folder, workers=workers, progress=done)
+    for name, reason in failed:
+        say(f"floquet: {name}: {reason}")
+    if len(paths) == 1 and not failed:
+        shown = exhibits.read(folder, paths[0].stem)
+        answer(f"{shown['title']}\n\n{shown['caption']}\n")
+        answer(report.table(("number", "value"), list(shown["numbers"].items())))
+    answer(f"wrote {folder / 'index.html'}: {len(paths) - len(failed)} of {len(paths)} numbered studies")
+    return 3 if failed else 0
 
 
 def studies_folder() -> Path:

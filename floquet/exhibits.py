@@ -1,22 +1,40 @@
 """Numbered studies: a question answered by one table, one figure and a few numbers, and the page that shows them all.
 
-A study is a short Python file in ``studies/tp1431``, ``table-1.py``, ``figure-3.py``, ``question-2.py`` …, whose
-``exhibit()`` returns an :class:`Exhibit`.  Written into a folder, it becomes::
+A study is a short Python file, ``table-1.py``, ``figure-3.py``, ``question-2.py`` …, whose docstring begins with its
+title and whose ``exhibit()`` returns an :class:`Exhibit`.  Made in a folder, it becomes::
 
     NAME.png                the figure
-    NAME.csv, NAME.md       the table
-    index.html              all exhibits of the folder in order, with captions and numbers
+    NAME.csv, NAME.md       the table, with all digits and as people read it
+    NAME.json               title, caption, equations and numbers
+    index.html              all exhibits of the folder in order
 
-Tables and figures carry the numbers of NASA TP-1431; questions are asked here.
+Tables and figures carry the numbers of NASA TP-1431; questions are asked here.  The same study makes the same bytes.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+import ast
+import html
+import importlib.util
+import json
+import re
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from concurrent.futures import as_completed
 from dataclasses import dataclass, field
+from pathlib import Path
 from typing import Any
 
-__all__ = ["Exhibit"]
+from floquet import __version__, report
+from floquet.errors import FloquetError, InputError, StorageError
+from floquet.store import atomic, write_failure
+from floquet.study import processes
+
+__all__ = ["Exhibit", "find", "load", "make", "make_all", "read", "title", "write_index"]
+
+NAME = re.compile(r"(table|figure|question)-(\d+)")
+KINDS = ("table", "figure", "question")
+DPI = 200.0
+LONG = 14  # rows of a table from which the page shows it on request
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -45,3 +63,199 @@ class Exhibit:
     table: Sequence[Mapping[str, Any]] = ()
     numbers: Mapping[str, float] = field(default_factory=dict)
     figure: Any = None
+
+
+# ---------------------------------------------------------------------- studies
+def find(folder: Path) -> dict[str, Path]:
+    """The numbered studies in a folder by name: tables, figures, questions, each in the order of their numbers."""
+    found = {path.stem: path for path in folder.glob("*.py") if NAME.fullmatch(path.stem)}
+    return {name: found[name] for name in sorted(found, key=_place)}
+
+
+def _place(name: str) -> tuple[int, int]:
+    match = NAME.fullmatch(name)
+    assert match is not None
+    return KINDS.index(match[1]), int(match[2])
+
+
+def title(path: Path) -> str:
+    """The first line of a study's docstring, without running it."""
+    text = ast.get_docstring(ast.parse(path.read_text(encoding="utf-8"))) or path.stem
+    return text.splitlines()[0].rstrip(".")
+
+
+def load(path: Path) -> Exhibit:
+    """Run a study."""
+    spec = importlib.util.spec_from_file_location(f"floquet_study_{path.stem.replace('-', '_')}", path)
+    if spec is None or spec.loader is None or not path.is_file():
+        raise InputError(f"{path} is no study: it is not a Python file")
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    found = module.exhibit() if hasattr(module, "exhibit") else None
+    if not isinstance(found, Exhibit):
+        raise InputError(f"{path} is no study: it needs a function exhibit() that returns an Exhibit")
+    return found
+
+
+# ---------------------------------------------------------------------- making
+def make(path: Path, folder: Path) -> Exhibit:
+    """Run a study and write its files into a folder."""
+    shown = load(path)
+    _make_folder(folder)
+    name = path.stem
+    if shown.figure is not None:
+        from floquet.plot import write_figure
+
+        write_figure(shown.figure, folder / f"{name}.png", DPI)
+    if shown.table:
+        _write(folder / f"{name}.csv", report.as_csv(shown.table))
+        _write(folder / f"{name}.md", f"# {shown.title}\n\n{report.markdown(shown.table)}\n")
+    about = {
+        "title": shown.title,
+        "caption": shown.caption,
+        "equations": shown.equations,
+        "numbers": shown.numbers,
+        "figure": shown.figure is not None,
+        "rows": len(shown.table),
+    }
+    _write(folder / f"{name}.json", report.as_json(about))
+    return shown
+
+
+def make_all(
+    paths: Iterable[Path], folder: Path, *, workers: int = 1, progress: Callable[[int, int], None] | None = None
+) -> list[tuple[str, str]]:
+    """Make many studies, in several processes, and the page; gives the name and the reason of every one that failed."""
+    paths = list(paths)
+    _make_folder(folder)
+    failed: list[tuple[str, str]] = []
+
+    def settle(done: int, path: Path, error: BaseException | None) -> None:
+        if error is not None:
+            failed.append((path.stem, str(error) if isinstance(error, FloquetError) else repr(error)))
+        if progress is not None:
+            progress(done, len(paths))
+
+    if workers <= 1 or len(paths) < 2:
+        for done, path in enumerate(paths, 1):
+            settle(done, path, _tried(path, folder))
+    else:
+        with processes(min(workers, len(paths))) as workforce:
+            asked = {workforce.submit(_tried, path, folder): path for path in paths}
+            for done, future in enumerate(as_completed(asked), 1):
+                settle(done, asked[future], future.exception() or future.result())
+    write_index(folder)
+    return sorted(failed, key=lambda one: _place(one[0]))
+
+
+def _tried(path: Path, folder: Path) -> Exception | None:
+    """What went wrong in making a study; a full disk ends the run."""
+    try:
+        make(path, folder)
+    except StorageError:
+        raise
+    except Exception as error:  # one study's fault must not cost the others
+        return error if isinstance(error, FloquetError) else InputError(f"{type(error).__name__}: {error}")
+    return None
+
+
+def _make_folder(folder: Path) -> None:
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise StorageError(folder, write_failure(error)) from error
+
+
+def _write(path: Path, text: str) -> None:
+    with atomic(path) as temporary:
+        temporary.write_text(text + "\n", encoding="utf-8", newline="\n")
+
+
+# ---------------------------------------------------------------------- the page
+STYLE = """\
+body { font: 16px/1.5 system-ui, sans-serif; color: #222; max-width: 62rem; margin: 2rem auto; padding: 0 1rem; }
+h1 { line-height: 1.2; } h2 { margin-top: 4rem; border-top: 1px solid #ccc; padding-top: 1rem; font-size: 1.2rem; }
+nav { columns: 2; font-size: .9rem; } nav a { display: block; break-inside: avoid; color: inherit; }
+figure { margin: 1rem 0; } img { max-width: 100%; height: auto; }
+table { border-collapse: collapse; font-size: .85rem; } td, th { padding: .15rem .6rem; border-bottom: 1px solid #ddd; }
+td { white-space: nowrap; } td.number { text-align: right; font-variant-numeric: tabular-nums; }
+th { text-align: left; vertical-align: bottom; } .wide { overflow-x: auto; }
+.small { font-size: .85rem; color: #555; }"""
+INTRODUCTION = """\
+Every table and figure of R. T. N. Chen, <em>Effects of Primary Rotor Parameters on Flapping Dynamics</em>, NASA TP-1431
+(1979), computed anew, with the exact Floquet exponents beside the tip-path plane where the original could not show
+them, and the questions the report left open. The scan keeps captions but not the plots, so families of parameters are
+chosen here, as each caption says. Rates are per rev, in units of the rotor speed Ω."""
+
+
+def write_index(folder: Path) -> Path:
+    """Write the page of all exhibits that a folder holds."""
+    found = {
+        path.stem: json.loads(path.read_text("utf-8")) for path in folder.glob("*.json") if NAME.fullmatch(path.stem)
+    }
+    names = sorted(found, key=_place)
+    links = "\n".join(f'<a href="#{name}">{_escaped(found[name]["title"])}</a>' for name in names)
+    parts = "\n".join(_section(folder, name, found[name]) for name in names)
+    page = (
+        '<!DOCTYPE html>\n<html lang="en">\n<head>\n<meta charset="utf-8">\n'
+        '<meta name="viewport" content="width=device-width, initial-scale=1">\n'
+        f"<title>NASA TP-1431, computed anew</title>\n<style>\n{STYLE}\n</style>\n</head>\n<body>\n"
+        f"<h1>NASA TP-1431, computed anew</h1>\n<p>{INTRODUCTION} {_escaped(report.NO_INFLOW)}</p>\n"
+        f"<nav>\n{links}\n</nav>\n{parts}\n"
+        f'<p class="small">floquet {__version__}</p>\n</body>\n</html>'
+    )
+    _write(folder / "index.html", page)
+    return folder / "index.html"
+
+
+def read(folder: Path, name: str) -> dict[str, Any]:
+    """What stands in a folder about an exhibit: title, caption, equations, numbers."""
+    about: dict[str, Any] = json.loads((folder / f"{name}.json").read_text("utf-8"))
+    return about
+
+
+def _section(folder: Path, name: str, about: Mapping[str, Any]) -> str:
+    """One exhibit."""
+    lines = [f'<h2 id="{name}">{_escaped(about["title"])}</h2>']
+    if about["figure"]:
+        lines.append(f'<figure><img src="{name}.png" alt="{_escaped(about["title"])}" loading="lazy"></figure>')
+    lines.append(f"<p>{_escaped(about['caption'])}</p>")
+    if about["equations"]:
+        numbers = ", ".join(f"({_escaped(one)})" for one in about["equations"])
+        lines.append(f'<p class="small">Equations {numbers} of the report.</p>')
+    if about["numbers"]:
+        rows = [(key, "-" if value is None else _number(value)) for key, value in about["numbers"].items()]
+        lines.append(_table(("number", "value"), rows))
+    if about["rows"]:
+        lines.append(_linked_table(folder, name, about["rows"]))
+    return "\n".join(lines)
+
+
+def _number(value: float | str) -> str:
+    return value if isinstance(value, str) else report.number(float(value), 6)
+
+
+def _linked_table(folder: Path, name: str, rows: int) -> str:
+    """The table as its Markdown file has it, folded if it is long, with links to the files."""
+    lines = [line for line in (folder / f"{name}.md").read_text("utf-8").splitlines() if line.startswith("|")]
+    cells = [[cell.strip().replace("\\|", "|") for cell in re.split(r"(?<!\\)\|", line)[1:-1]] for line in lines]
+    files = f'<a href="{name}.csv">CSV</a>, <a href="{name}.md">Markdown</a>'
+    whole = _table(cells[0], cells[2:])
+    if rows < LONG:
+        return f'{whole}\n<p class="small">{files}</p>'
+    return f"<details><summary>Table of {rows} rows ({files})</summary>\n{whole}\n</details>"
+
+
+def _table(headers: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
+    head = "".join(f"<th>{_escaped(cell)}</th>" for cell in headers)
+    body = "\n".join("<tr>" + "".join(_cell(cell) for cell in row) + "</tr>" for row in rows)
+    return f'<div class="wide"><table>\n<tr>{head}</tr>\n{body}\n</table></div>'
+
+
+def _cell(text: str) -> str:
+    kind = ' class="number"' if re.match(r"[-+−.]?\d", text) else ""
+    return f"<td{kind}>{_escaped(text)}</td>"
+
+
+def _escaped(text: str) -> str:
+    return html.escape(text, quote=True)

@@ -36,7 +36,7 @@ if TYPE_CHECKING:
 
 __all__ = [
     "NO_INFLOW", "ModeVerdict", "RotorVerdict", "analysis", "analysis_rows", "analysis_text", "as_csv", "as_json",
-    "fields", "header", "limit_records", "limit_table", "pairs", "records", "rotor_object", "rotor_records",
+    "fields", "header", "limit_records", "limit_table", "markdown", "pairs", "records", "rotor_object", "rotor_records",
     "rotor_text", "run_text", "stored_limits", "table", "verdict", "verdict_records", "verdict_text", "worded",
 ]  # fmt: skip
 
@@ -154,6 +154,14 @@ def table(headers: Sequence[str], rows: Iterable[Sequence[Any]]) -> str:
         "  ".join(c.rjust(w) if r else c.ljust(w) for c, w, r in zip(line, widths, right, strict=True)).rstrip()
         for line in lines
     )
+
+
+def markdown(records: Iterable[Mapping[str, Any]]) -> str:
+    """Records as a Markdown table, a column for every name that occurs."""
+    rows = [{name: _word(name, value) for name, value in record.items()} for record in records]
+    headers = list(dict.fromkeys(name for row in rows for name in row))
+    lines = [headers, ["---"] * len(headers), *([_cell(row.get(name)) for name in headers] for row in rows)]
+    return "\n".join("| " + " | ".join(cell.replace("|", "\\|") for cell in line) + " |" for line in lines)
 
 
 def _cell(value: Any) -> str:

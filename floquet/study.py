@@ -39,7 +39,7 @@ from .rotor import Hub
 from .studyfile import Study, load_study
 from .sweep import ENGINE, Plan, limit_rows, point_rows
 
-__all__ = ["Estimate", "RunReport", "Study", "dry_run", "load_study", "merge", "pack", "run"]
+__all__ = ["Estimate", "RunReport", "Study", "dry_run", "load_study", "merge", "pack", "processes", "run"]
 
 Progress = Callable[[int, int], None]
 Rows = dict[str, NDArray[Any]]
@@ -382,7 +382,7 @@ def _pooled(study: Study, todo: Sequence[Shard], folder: Path, workers: int) -> 
     """
     left, lost = list(todo), 0
     while left:
-        with contextlib.suppress(BrokenExecutor), _pool(workers) as pool:
+        with contextlib.suppress(BrokenExecutor), processes(workers) as pool:
             futures = {pool.submit(_make, study.plan, shard, folder, study.id): shard for shard in left}
             for future in as_completed(futures):
                 if isinstance(error := future.exception(), BrokenExecutor):
@@ -401,7 +401,7 @@ def _pooled(study: Study, todo: Sequence[Shard], folder: Path, workers: int) -> 
 def _alone(study: Study, shard: Shard, folder: Path) -> Callable[[], str] | None:
     """A shard from a process of its own; None if it ends every one that it is given."""
     for _ in range(LIVES):
-        with contextlib.suppress(BrokenExecutor), _pool(1) as pool:
+        with contextlib.suppress(BrokenExecutor), processes(1) as pool:
             future = pool.submit(_make, study.plan, shard, folder, study.id)
             if isinstance(error := future.exception(), BrokenExecutor):
                 raise error
@@ -414,8 +414,8 @@ def _given_up() -> str:
 
 
 @contextlib.contextmanager
-def _pool(workers: int) -> Iterator[Executor]:
-    """Fresh processes, ended at once by any exception: a shard is there whole or not at all."""
+def processes(workers: int) -> Iterator[Executor]:
+    """Fresh processes, ended at once by any exception: what they write is there whole or not at all."""
     others = multiprocessing.active_children()
     spawned = multiprocessing.get_context("spawn")
     with ProcessPoolExecutor(workers, mp_context=spawned, initializer=_end_with_parent) as pool:

@@ -476,6 +476,39 @@ def test_studies_come_with_the_package(run: Floquet, tmp_path: Path, monkeypatch
     assert run("study", "--all", "--resume").status == 0
 
 
+NUMBERED = '''"""Figure 2. One."""
+from floquet.exhibits import Exhibit
+
+def exhibit():
+    return Exhibit(title="Figure 2. One", caption="What it shows.", table=[{"a": 1.5}], numbers={"one": 1.25})
+'''
+
+
+def test_numbered_studies_are_written_with_their_page(
+    run: Floquet, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Listed without being run; one alone says its numbers; --all puts everything into one folder; 3 if one fails."""
+    known = run("study").out.splitlines()
+    assert [line.split(":")[0] for line in known[:3]] == ["validity", "table-1", "table-2"]
+    assert any(line.startswith("figure-17: Figure 17. Hinge offset") for line in known)
+    refused(run("study", "figure-18"), "did you mean 'figure-1")
+    folder = tmp_path / "studies"
+    (folder / "tp1431").mkdir(parents=True)
+    (folder / "small.toml").write_text(STUDY, encoding="utf-8")
+    (folder / "tp1431" / "figure-2.py").write_text(NUMBERED, encoding="utf-8")
+    monkeypatch.setattr("floquet.cli.studies_folder", lambda: folder)
+    monkeypatch.chdir(tmp_path)
+    done = run("study", "figure-2")
+    assert done.status == 0 and "What it shows." in done.out and re.search(r"one +1\.25", done.out)
+    assert sorted(os.listdir("tp1431")) == ["figure-2.csv", "figure-2.json", "figure-2.md", "index.html"]
+    done = run("study", "--all", "-o", "results/all", "--workers", "1")
+    assert done.status == 0 and "1 of 1 numbered studies" in done.out and "small.h5: 14 points" in done.out
+    assert {"index.html", "figure-2.csv", "small.h5"} <= set(os.listdir("results/all"))
+    (folder / "tp1431" / "table-1.py").write_text("1 / 0", encoding="utf-8")
+    done = run("study", "--all", "-o", "results/all", "--resume", "--workers", "1")
+    assert done.status == 3 and done.err == "floquet: table-1: ZeroDivisionError: division by zero\n"
+
+
 @pytest.mark.parametrize("name", ["query", "verify", "plot", "export", "validity"])
 @pytest.mark.parametrize("kind", ["missing", "folder", "text", "truncated", "foreign"])
 def test_no_database_is_one_sentence(run: Floquet, database: str, name: str, kind: str) -> None:

@@ -633,7 +633,12 @@ def test_the_footer_names_unusual_physics(
 ) -> None:
     database._reader.attributes = {"options": options} if options else {}  # type: ignore[misc]
     seen: list[str] = []
-    monkeypatch.setattr(Figure, "savefig", lambda figure, *_, **__: seen.append(figure.get_supxlabel()))
+
+    def save(figure: Figure, file: Path, **_: Any) -> None:
+        seen.append(figure.get_supxlabel())
+        file.touch()
+
+    monkeypatch.setattr(Figure, "savefig", save)
     plot_database(database, "error-vs-mu", tmp_path / "a.png")
     assert seen == [f"{words}No dynamic inflow in either model."]
 
@@ -655,6 +660,6 @@ def test_a_failing_disk_leaves_the_old_figure(
         raise OSError(28, "No space left on device")
 
     monkeypatch.setattr(Figure, "savefig", full)
-    with pytest.raises(StorageError, match="no space left"):
+    with pytest.raises(StorageError, match="the disk is full"):
         plot_database(database, "error-vs-mu", out)
     assert out.read_bytes() == b"old" and os.listdir(tmp_path) == ["a.png"]

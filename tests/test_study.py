@@ -521,7 +521,7 @@ def test_workers_leave_at_once_when_their_parent_is_killed_or_interrupted(tmp_pa
             import os, signal, time
             from floquet import study
             if __name__ == "__main__":
-                with study._pool(1) as pool:
+                with study.processes(1) as pool:
                     print(pool.submit(os.getpid).result(), flush=True)
                     pool.submit(time.sleep, 60)
                     time.sleep(0.2)

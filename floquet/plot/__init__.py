@@ -19,15 +19,13 @@ from __future__ import annotations
 
 import contextlib
 import json
-import os
-import tempfile
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import matplotlib
 
-from floquet.errors import ParameterError, StorageError, did_you_mean
+from floquet.errors import ParameterError, did_you_mean
 from floquet.plot.against_mu import eigenvalues_vs_mu, error_vs_mu
 from floquet.plot.curves import lock_bands
 from floquet.plot.locus import root_locus
@@ -41,7 +39,7 @@ if TYPE_CHECKING:
 
 __all__ = [
     "KINDS", "RotorRows", "eigenvalues_vs_mu", "error_vs_mu", "lock_bands", "plot_database", "root_locus",
-    "validity_summary",
+    "validity_summary", "write_figure",
 ]  # fmt: skip
 
 KINDS: dict[str, Callable[..., Any]] = {
@@ -99,7 +97,7 @@ def plot_database(database: Database | str | Path, kind: str, out: str | Path,
         drawn = KINDS[kind](rotors[0].points, rotors[0].limits, name=rotors[0].name)
     figure = root_figure(drawn[0] if isinstance(drawn, tuple) else drawn)
     write_footer(figure, physics)
-    _write(figure, path, dpi)
+    write_figure(figure, path, dpi)
     return path
 
 
@@ -178,29 +176,10 @@ def _rows(db: Database, rotor: int) -> RotorRows:
     return RotorRows(name, points, limits)
 
 
-def _write(figure: Figure, path: Path, dpi: float) -> None:
-    """Write beside the target and move into place, so that no half a figure is ever seen."""
+def write_figure(figure: Figure, path: Path, dpi: float) -> None:
+    """Write a figure whole or not at all: .png, .pdf or .svg; the same figure makes the same bytes."""
+    from floquet.store import atomic
+
     ending = path.suffix.lower().lstrip(".")
-    try:
-        handle, temporary = tempfile.mkstemp(prefix=f".{path.name}.", suffix=".part", dir=path.parent)
-        try:
-            with os.fdopen(handle, "wb") as file, matplotlib.rc_context(STYLE):
-                figure.savefig(file, format=ending, dpi=dpi, metadata=FORMATS[ending])
-            os.chmod(temporary, 0o666 & ~_umask())
-            os.replace(temporary, path)
-        except BaseException:
-            with contextlib.suppress(OSError):
-                os.unlink(temporary)
-            raise
-    except OSError as error:
-        reason = (error.strerror or str(error)).lower()
-        sentence = (
-            f"the figure could not be written ({reason}): check that its folder exists, may be written and has room"
-        )
-        raise StorageError(path, sentence) from error
-
-
-def _umask() -> int:
-    mask = os.umask(0)
-    os.umask(mask)
-    return mask
+    with atomic(path) as temporary, matplotlib.rc_context(STYLE):
+        figure.savefig(temporary, format=ending, dpi=dpi, metadata=FORMATS[ending])
