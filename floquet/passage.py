@@ -16,13 +16,14 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from .collocation import first_order_panel, gauss_rule
+from .collocation import Rule, first_order_panel, gauss_rule
 from .period_map import NODES
 from .periodic import PeriodicMatrix, PeriodicSystem
 
 __all__ = ["Passage", "passage"]
 
 Array = NDArray[np.float64]
+DOUBLES = 2**22  # of the systems of equations that are solved at once: 32 MB
 PHASE = 1.0  # a panel's length times the largest entry of A: sixteen nodes leave (½)³²/32!, which is nothing
 
 
@@ -74,10 +75,16 @@ def passage(system: PeriodicSystem, azimuths: Array, *, forced: bool = False, no
         F = np.zeros((*shape, n, sampled.shape[-1]))
         F[..., n - rows :, :] = sampled
         F = F.reshape(-1, *F.shape[-3:])
-    maps = first_order_panel(A, np.broadcast_to(half, shape[:-1]).reshape(-1), rule, F)
-    maps = maps.reshape(*shape[:-1], *maps.shape[-2:])
+    maps = _mapped(A, np.broadcast_to(half, shape[:-1]).reshape(-1), rule, F).reshape(*shape[:-1], n, -1)
     Phi, Gamma = _joined(maps[..., :n], maps[..., n:], points, azimuths)
     return Passage(azimuths, Phi, Gamma, panels)
+
+
+def _mapped(A: Array, h: Array, rule: Rule, F: Array | None) -> Array:
+    """Maps of all panels, some at a time."""
+    count = max(DOUBLES // (A.shape[1] * A.shape[2]) ** 2, 1)
+    parts = [slice(i, i + count) for i in range(0, len(A), count)]
+    return np.concatenate([first_order_panel(A[p], h[p], rule, None if F is None else F[p]) for p in parts])
 
 
 def _panelled(samples: Array, psi: Array) -> Array:

@@ -88,7 +88,11 @@ class StepResponse:
 # ---------------------------------------------------------------------- constant models
 def steady_gains(system: PeriodicSystem) -> Array:
     """K⁻¹F (..., n, inputs) of a constant model: its steady state per unit of each input, eq. (12)."""
-    K, F = _constant(system)[-2:]
+    _, K, F = _constant(system)
+    if np.any(np.linalg.cond(K) > 1.0 / EPS):
+        raise ParameterError(
+            "stiffness", system.name, "the model diverges: its stiffness is singular, nothing is steady"
+        )
     return np.asarray(np.linalg.solve(K, F))
 
 
@@ -125,8 +129,7 @@ def _constant(system: PeriodicSystem) -> tuple[Array, Array, Array]:
             f"{system.name or 'this system'} is no constant second-order model with inputs: give tip_path_plane(…) or "
             "averaged(…), or use periodic_response for the periodic equations",
         )
-    F = system.forcing.mean()
-    return system.damping.mean(), system.stiffness.mean(), F
+    return system.damping.mean(), system.stiffness.mean(), system.forcing.mean()
 
 
 # ---------------------------------------------------------------------- periodic steady state
@@ -189,9 +192,15 @@ def _plane(harmonics: NDArray[Any], coordinates: tuple[str, ...]) -> Array:
 
 
 def _revolution(system: PeriodicSystem) -> Array:
-    """Azimuths over the period of the forcing, both ends."""
-    assert system.forcing is not None
-    return np.linspace(0.0, system.forcing.period, SAMPLES + 1)
+    """Azimuths over the longest period of the parts, both ends."""
+    parts = (system.damping, system.stiffness, system.matrix, system.forcing)
+    periods = [part.period for part in parts if part is not None] + [system.period] * (system.function is not None)
+    longest = max(periods)
+    if any(abs(longest / period - round(longest / period)) > 1e-9 for period in periods):
+        raise ParameterError(
+            "period", periods, f"parts with the periods {', '.join(f'{p:g}' for p in periods)} do not repeat together"
+        )
+    return np.linspace(0.0, longest, SAMPLES + 1)
 
 
 def _harmonics(values: Array) -> NDArray[np.complex128]:

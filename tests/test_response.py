@@ -341,6 +341,42 @@ def test_unstable_rotor_is_said_to_be_so() -> None:
         periodic_response(flapping(Rotor(lock_number=8.0), 1.3), {"B_1c": 1.0})
 
 
+def _divergent() -> Rotor:
+    """P² = 0 at hover."""
+    return Rotor(lock_number=8.0, pitch_flap_coupling=-1.0)
+
+
+def _incommensurate() -> PeriodicSystem:
+    return PeriodicSystem(
+        period=2.0,
+        stiffness=PeriodicMatrix.scalar(mean=1.0, cosines=[0.1], period=2.0),
+        inputs=lambda: PeriodicMatrix.scalar(cosines=[1.0], period=3.0),
+        input_names=("force",),
+        coordinates=("beta",),
+    )
+
+
+def test_forcing_of_half_the_period_is_taken_over_the_whole() -> None:
+    """x' = −x + u cos 2t with period 2π beside a forcing of period π: x = u (cos 2t + 2 sin 2t)/5."""
+    system = PeriodicSystem(
+        period=2 * math.pi,
+        matrix=PeriodicMatrix.constant([[-1.0]]),
+        inputs=lambda: PeriodicMatrix.scalar(cosines=[1.0], period=math.pi),
+        input_names=("force",),
+    )
+    found = periodic_response(system, {"force": 5.0})
+    expected = np.cos(2 * found.azimuths) + 2 * np.sin(2 * found.azimuths)
+    np.testing.assert_allclose(found.values[:, 0], expected, atol=1e-14)
+    assert np.all(np.isnan(found.rates))
+
+
+def test_many_cases_are_mapped_some_at_a_time(monkeypatch: pytest.MonkeyPatch) -> None:
+    whole = periodic_response(multiblade(ROTOR, np.linspace(0.0, 0.5, 5)), INPUTS)
+    monkeypatch.setattr("floquet.passage.DOUBLES", 3 * (16 * 8) ** 2)  # three panels of four blades
+    parts = periodic_response(multiblade(ROTOR, np.linspace(0.0, 0.5, 5)), INPUTS)
+    np.testing.assert_array_equal(whole.values, parts.values)
+
+
 def test_resonance_has_no_response_and_says_so() -> None:
     """β'' + k β = cos ψ: β = cos ψ/(k − 1), and none for k = 1; the case beside it is not touched."""
     system = PeriodicSystem(
@@ -366,6 +402,8 @@ def test_resonance_has_no_response_and_says_so() -> None:
         (lambda: steady_state(tip_path_plane(ROTOR, 0.3), {"B_1c": np.ones(2), "A_1c": np.ones(3)}), "not broadcast"),
         (lambda: periodic_response(tip_path_plane(ROTOR, 0.3), INPUTS), "is constant, so use steady_state"),
         (lambda: steady_state(flapping(ROTOR, 0.3), INPUTS), "use periodic_response"),
+        (lambda: steady_state(tip_path_plane(_divergent(), 0.0), INPUTS), "diverges"),
+        (lambda: periodic_response(_incommensurate(), {"force": 1.0}), "do not repeat together"),
         (lambda: reduced_order(flapping(ROTOR, 0.3)), "no constant second-order model"),
         (lambda: step_response(flapping(ROTOR, 0.3), INPUTS, [0.0, 0.0]), "each larger than the one before"),
         (lambda: step_response(flapping(ROTOR, 0.3), INPUTS, [0.0, math.inf]), "finite azimuths"),
