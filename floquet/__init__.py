@@ -40,7 +40,7 @@ Reading order, which is the order in which data flow (nothing imports against it
 
     errors, tomlfile, rotorfile, rotor → periodic → models → period_map → passage → exponents → modes → comparison
                             → validity → response → decoupling
-                            → sweep → store → studyfile → study → export → query
+                            → sweep → families → store → studyfile → study → export → query
                             → plot → report → exhibits → cli
 
 Names below are loaded when they are first used: ``import floquet`` itself loads no NumPy, SciPy, h5py or matplotlib.

@@ -264,6 +264,91 @@ roots = (
     ),
 )
 
+HOVER, DECOUPLING, TEETERING = "floquet/models/hover.py", "floquet/decoupling.py", "floquet/models/teetering.py"
+
+
+def _erratum(number: int, what: str, file: str, old: str, new: str) -> Mutant:
+    """The report's printed form in place of the right one."""
+    return Mutant(f"erratum {number}: {what}", file, old, new, f"tests/test_errata.py -k erratum_{number:02d}")
+
+
+errata = (
+    _erratum(
+        1,
+        "hover damping with ε/3",
+        HOVER,
+        "zeta = 0.5 * c0 / P\n",
+        "e = np.asarray(rotor.hinge_offset)\n    zeta = rotor.lock_number / P * (1 / 16 - e / 3 + e**2 / 8)\n",
+    ),
+    _erratum(
+        2,
+        "ζ_A and ζ_R without P",
+        HOVER,
+        "zeta * P - spread, swing + 1.0),\n        regressing=_mode(regressing, zeta * P + spread,",
+        "zeta - spread, swing + 1.0),\n        regressing=_mode(regressing, zeta + spread,",
+    ),
+    _erratum(
+        3,
+        "(20) with the numerator of ε = 0",
+        DECOUPLING,
+        "    return _plain(-2.0 * (1.0 + np.asarray(rotor.offset_mass_ratio)) / c0)\n",
+        "    spring, gamma = np.asarray(required_spring(rotor, **options)), np.asarray(rotor.lock_number)\n"
+        "    return _plain(-(gamma / 4 + gamma / 8 * spring) / (spring**2 + c0**2))\n",
+    ),
+    _erratum(
+        4,
+        "b₁ due to q_w as a₁ due to p_w",
+        DECOUPLING,
+        "[[cross, direct], [direct, -cross]]",
+        "[[cross, direct], [direct, cross]]",
+    ),
+    _erratum(
+        6,
+        "M_BA without e M_β",
+        FLAPPING,
+        "(1.0 + m if physics.kinematic_rates else np.ones_like(m))",
+        "(np.ones_like(m) if physics.kinematic_rates else np.ones_like(m))",
+    ),
+    _erratum(7, "uniform blade with m = 1.5 ε", DECOUPLING, "1.5 * offset / (1.0 - offset)", "1.5 * offset"),
+    _erratum(
+        9,
+        "k₁ and k₂ by the sticks of appendix C",
+        DECOUPLING,
+        "[0, 0, self.longitudinal], [0, self.lateral, 0]",
+        "[0, self.longitudinal, 0], [0, 0, self.lateral]",
+    ),
+    _erratum(
+        9,
+        "k₁ and k₂ exchanged in (C4)",
+        DECOUPLING,
+        "k0, k1, k2 = k\n",
+        "k0, k2, k1 = k\n",
+    ),
+    _erratum(
+        10,
+        "mixing of wind axes in body axes",
+        DECOUPLING,
+        "E, R = _effectiveness(plane.forcing.mean(), inflow_gradient), axes(sideslip)",
+        "E, R = _effectiveness(plane.forcing.mean(), inflow_gradient), axes(0.0 * np.asarray(sideslip))",
+    ),
+    _erratum(10, "feedback of wind axes in body axes", DECOUPLING, "np.asarray(R @ K @ R)", "np.asarray(K + 0.0 * R)"),
+    _erratum(
+        11,
+        "averaged model of any harmonics is the plane",
+        TPP,
+        "    rows = [\n",
+        "    harmonics = 1\n    rows = [\n",
+    ),
+    _erratum(12, "no forcing by the precone", TEETERING, "-1.0 * _odd(stiffness)", "0.0 * _odd(stiffness)"),
+    _erratum(
+        13,
+        "weight and normal acceleration with the sign of (A1)",
+        FLAPPING,
+        "_constant(np.asarray(rotor.static_moment_ratio)),",
+        "_constant(-np.asarray(rotor.static_moment_ratio)),",
+    ),
+)
+
 STORE, STUDY, QUERY = "floquet/store.py", "floquet/study.py", "floquet/query/language.py"
 KEPT, RUNS, ASKED = "tests/test_store.py", "tests/test_study.py", "tests/test_query.py"
 SYNC, RENAME = "        _sync(temporary)\n", "        os.replace(temporary, path)\n"
@@ -296,4 +381,14 @@ storage = (
     Mutant("names of a query unchecked", QUERY, "        if name in self.dtypes:\n", "        if True:\n", ASKED),
 )
 
-FAULTS: tuple[Mutant, ...] = (*coefficients, *structure, *physics, *branch, *bounds, *pairing, *roots, *storage)
+FAULTS: tuple[Mutant, ...] = (
+    *coefficients,
+    *structure,
+    *physics,
+    *branch,
+    *bounds,
+    *pairing,
+    *roots,
+    *errata,
+    *storage,
+)

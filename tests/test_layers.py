@@ -15,7 +15,7 @@ import floquet
 PACKAGE = Path(floquet.__file__).parent
 ORDER = (
     "errors", "tomlfile", "rotorfile", "rotor", "periodic", "models", "kernels", "collocation", "period_map", "passage",
-    "exponents", "modes", "comparison", "validity", "response", "decoupling", "sweep", "store", "studyfile", "study",
+    "exponents", "modes", "comparison", "validity", "response", "decoupling", "sweep", "families", "store", "studyfile", "study",
     "export", "query", "plot", "report", "exhibits", "cli", "__main__",
 )  # fmt: skip
 HOMES = {

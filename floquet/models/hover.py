@@ -23,7 +23,7 @@ from numpy.typing import ArrayLike, NDArray
 from ..rotor import Rotor
 from .flapping import flapping
 from .inputs import FORCING, input_vector
-from .physics import PhysicsKeywords
+from .physics import Physics, PhysicsKeywords
 
 __all__ = ["HoverMode", "HoverModes", "hover_coefficients", "hover_modes", "hover_response"]
 
@@ -113,7 +113,7 @@ def hover_response(
         steady[..., FORCING.index(n)] for n in ("theta_0", "theta_t", "lambda", FORCING[-1])
     )
     m = np.asarray(rotor.offset_mass_ratio)
-    acceleration = 1.0 + m if options.get("kinematic_rates", False) else 1.0
+    acceleration = 1.0 + m if Physics.of(options).kinematic_rates else 1.0
     M_a = control * (A - q) - 2.0 * (1.0 + m) * p - acceleration * qdot
     M_b = control * (B - p) + 2.0 * (1.0 + m) * q - acceleration * pdot
     delta = (P2 - 1.0) ** 2 + c0**2
