@@ -381,6 +381,37 @@ storage = (
     Mutant("names of a query unchecked", QUERY, "        if name in self.dtypes:\n", "        if True:\n", ASKED),
 )
 
+PASSAGE, RESPONSE, EXHIBITS = "floquet/passage.py", "floquet/response.py", "floquet/exhibits.py"
+R, D, E = "tests/test_response.py", "tests/test_decoupling.py", "tests/test_exhibits.py"
+responses = (
+    Mutant("inputs without the panel's length", "floquet/collocation.py", "h[:, None, None, None] * F]", "F]", R),
+    Mutant("kinks forgotten", PASSAGE, "    if not kinks:\n", "    if True:\n", R),
+    Mutant("kinks of the first turn only", PASSAGE, "math.ceil(last / period))", "math.floor(first / period) + 1)", R),
+    Mutant("inputs of the last panel only", PASSAGE, "@ gathered[..., k, :, :] + Gamma", "* 0.0 + Gamma", R),
+    Mutant("I + Φ", RESPONSE, "np.eye(n) - Phi, 1.0", "np.eye(n) + Phi, 1.0", R),
+    Mutant("harmonics not doubled", RESPONSE, "c[..., 1:, :] *= 2.0", "c[..., 1:, :] *= 1.0", R),
+    Mutant("b₁ with the sign of a₁", RESPONSE, "-first.real, first.imag]", "-first.real, -first.imag]", R),
+    Mutant("a₁ is β₁c", RESPONSE, '"beta_1c": -1.0', '"beta_1c": 1.0', R),
+    Mutant("no bound on what lies beyond", RESPONSE, "np.inf, bound + beyond)", "np.inf, 0.0 * (bound + beyond))", R),
+    Mutant("bound over a thousand", RESPONSE, "EPS * panels * scale),", "EPS * panels * scale * 1e3),", R),
+    Mutant("resonance not seen", RESPONSE, "RESONANT = 1e-13", "RESONANT = 1e-33", R),
+    Mutant("no word of instability", RESPONSE, "> 1.0 + 1e-9):", "> 1e9):", R),
+    Mutant("reduced order without D̃⁻¹ of F̃", RESPONSE, "-np.linalg.solve(D, K), np.linalg.solve(D, F)",
+           "-np.linalg.solve(D, K), F", R),
+    Mutant("blade seen from b₁", RESPONSE, "- a[..., -1] * np.sin(psi)", "+ a[..., -1] * np.sin(psi)", R),
+    Mutant("initial state forgotten", RESPONSE, "states(start[..., None]", "states(0.0 * start[..., None]", R),
+    Mutant("P² of hover +1 %", "floquet/models/hover.py", "1.0 + P2 + 2.0 * swing", "1.0 + 1.01 * P2 + 2.0 * swing", R),
+    Mutant("(13b) with the sign of c₀", "floquet/models/hover.py", "M_a - c0 * M_b", "M_a + c0 * M_b", R),
+    Mutant("swash plate turned backwards", DECOUPLING, "arctan2(P2 - 1.0, c0)", "arctan2(1.0 - P2, c0)", D),
+    Mutant("(16) with one coupling for both", DECOUPLING, "3.0 * coupling * mu2", "coupling * mu2", D),
+    Mutant("Λ forgotten", DECOUPLING, "E[..., 0] += inflow_gradient", "E[..., 0] += 0.0 * inflow_gradient", D),
+    Mutant("(19) without 1 + m", DECOUPLING, "/ (2.0 * (1.0 + np.asarray(rotor.offset_mass_ratio))))", "/ 2.0)", D),
+    Mutant("(28) without p and q of the air", DECOUPLING, "k_3 * (P2 - 1.0) / C - 1.0", "k_3 * (P2 - 1.0) / C", D),
+    Mutant("residual of the promise", DECOUPLING, "self.periodic if model is", "self.promised if model is", D),
+    Mutant("tables in any order", EXHIBITS, "KINDS.index(match[1]), int(match[2])", "0, int(match[2])", E),
+    Mutant("a fault ends all studies", EXHIBITS, "    except StorageError:\n", "    except Exception:\n", E),
+    Mutant("captions as HTML", EXHIBITS, "return html.escape(text, quote=True)", "return text", E),
+)  # fmt: skip
 FAULTS: tuple[Mutant, ...] = (
     *coefficients,
     *structure,
@@ -390,5 +421,6 @@ FAULTS: tuple[Mutant, ...] = (
     *pairing,
     *roots,
     *errata,
+    *responses,
     *storage,
 )
