@@ -3,8 +3,8 @@
 On a panel ψ = centre + h x, x in [-1, 1], the highest derivative g is a polynomial through p Gauss nodes.  With
 I₁, I₂ the matrices that integrate it once and twice from x = -1::
 
-    second order   g = -(h D q̇ + h² K q),   q̇ = q̇₀ + I₁ g,   q = q₀ + (1+x) q̇₀ + I₂ g
-    first order    g = h (A x + F u),        x = x₀ + I₁ g
+    second order   g = h² F u - h D q̇ - h² K q,   q̇ = q̇₀ + I₁ g,   q = q₀ + (1+x) q̇₀ + I₂ g
+    first order    g = h (A x + F u),             x = x₀ + I₁ g
 
 is a linear system for g at the nodes; the end of the panel follows by Gauss quadrature, with an error O(h^2p).
 """
@@ -47,8 +47,8 @@ def gauss_rule(p: int) -> Rule:
     return Rule(x, w, once @ to_coefficients, twice @ to_coefficients)
 
 
-def second_order_panel(D: Array | None, K: Array, h: Array, rule: Rule) -> Array:
-    """Map of (q, q') over one panel of ``q'' + D q' + K q = 0``.
+def second_order_panel(D: Array | None, K: Array, h: Array, rule: Rule, F: Array | None = None) -> Array:
+    """Map of (q, q') over one panel of ``q'' + D q' + K q = F u`` with constant u.
 
     Parameters
     ----------
@@ -56,12 +56,15 @@ def second_order_panel(D: Array | None, K: Array, h: Array, rule: Rule) -> Array
         Samples at the nodes; D None is zero.
     h : (cases,)
         Half the panel's length.
+    F : (cases, p, n, m), optional
 
     Returns
     -------
-    (cases, 2n, 2n)
+    (cases, 2n, 2n + m)
+        The columns that multiply q₀, q'₀ and u.
     """
     cases, p, n, _ = K.shape
+    columns = 2 * n + (0 if F is None else F.shape[-1])
     h1 = h[:, None, None, None]
     hK = h1 * K
     system = h1[..., None] * (hK[:, :, :, None, :] * rule.twice[None, :, None, :, None])
@@ -69,19 +72,23 @@ def second_order_panel(D: Array | None, K: Array, h: Array, rule: Rule) -> Array
         system += h1[..., None] * (D[:, :, :, None, :] * rule.once[None, :, None, :, None])
     system = system.reshape(cases, p * n, p * n)
     system[:, np.arange(p * n), np.arange(p * n)] += 1.0
-    right = np.empty((cases, p, n, 2 * n))  # columns: q₀ (divided by h), q̇₀
+    right = np.empty((cases, p, n, columns))  # of q₀, h q'₀ and u; all divided by h
     right[..., :n] = -hK
-    right[..., n:] = -h1 * (1.0 + rule.nodes)[:, None, None] * hK
+    right[..., n : 2 * n] = -h1 * (1.0 + rule.nodes)[:, None, None] * hK
     if D is not None:
-        right[..., n:] -= h1 * D
-    g = np.linalg.solve(system, right.reshape(cases, p * n, 2 * n)).reshape(cases, p, n, 2 * n)
+        right[..., n : 2 * n] -= h1 * D
+    if F is not None:
+        right[..., 2 * n :] = h1 * F
+    g = np.linalg.solve(system, right.reshape(cases, p * n, columns)).reshape(cases, p, n, columns)
     position, rate = _weighted(rule.weights * (1.0 - rule.nodes), g), _weighted(rule.weights, g)
     h2, eye = h[:, None, None], np.eye(n)
-    out = np.empty((cases, 2 * n, 2 * n))
+    out = np.empty((cases, 2 * n, columns))
     out[:, :n, :n] = eye + h2 * position[..., :n]
-    out[:, :n, n:] = h2 * (2.0 * eye + position[..., n:])
+    out[:, :n, n : 2 * n] = h2 * (2.0 * eye + position[..., n : 2 * n])
     out[:, n:, :n] = rate[..., :n]
-    out[:, n:, n:] = eye + rate[..., n:]
+    out[:, n:, n : 2 * n] = eye + rate[..., n : 2 * n]
+    out[:, :n, 2 * n :] = h2 * position[..., 2 * n :]
+    out[:, n:, 2 * n :] = rate[..., 2 * n :]
     return out
 
 

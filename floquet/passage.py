@@ -10,21 +10,23 @@ Steps are cut where coefficients have kinks and into panels short enough for Gau
 from __future__ import annotations
 
 import math
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
 
-from .collocation import Rule, first_order_panel, gauss_rule
-from .period_map import NODES
+from .collocation import Rule, first_order_panel, gauss_rule, second_order_panel
+from .period_map import EPS
 from .periodic import PeriodicMatrix, PeriodicSystem
 
 __all__ = ["Passage", "passage"]
 
 Array = NDArray[np.float64]
 DOUBLES = 2**22  # of the systems of equations that are solved at once: 32 MB
-PHASE = 1.0  # a panel's length times the largest entry of A: sixteen nodes leave (½)³²/32!, which is nothing
+PHASE = 1.0  # the longest panel times the largest frequency
+RULES = ((5, 4), (7, 5), (10, 7), (16, 12))  # nodes of a panel and of the coarser rule beside it
 
 
 @dataclass(frozen=True, eq=False)
@@ -53,48 +55,69 @@ class Passage:
         return self.states(np.eye(n), np.zeros((self.inputs.shape[-1], n)))
 
 
-def passage(system: PeriodicSystem, azimuths: Array, *, forced: bool = False, nodes: int = NODES) -> Passage:
-    """Maps of ``system`` between ascending ``azimuths`` (steps+1,), with ``nodes`` Gauss nodes a panel.
+def passage(system: PeriodicSystem, azimuths: Array, *, forced: bool = False, coarse: bool = False) -> Passage:
+    """Maps of ``system`` between ascending ``azimuths`` (steps+1,).
 
-    Without ``forced`` there are no inputs: m = 0.
+    Without ``forced`` there are no inputs: m = 0.  ``coarse`` takes a rule of fewer nodes: the difference from it is
+    the error of the worse of the two.
     """
     forcing = system.forcing if forced else None
     cases = system.cases if forcing is None else np.broadcast_shapes(system.cases, forcing.cases)
-    points = _panel_ends(system, forcing, azimuths)
+    size = float(np.max(_largest(system, forcing), initial=1.0))
+    points = _panel_ends(system, forcing, azimuths, size)
     centre, half = 0.5 * (points[..., 1:] + points[..., :-1]), 0.5 * np.diff(points, axis=-1)
-    rule = gauss_rule(nodes)
+    rule = gauss_rule(_nodes(size * float(half.max()))[coarse])
     psi = centre[..., None] + half[..., None] * rule.nodes  # (cases or none, panels, p)
-    panels, n = psi.shape[-2], system.states
+    parts = [_sampled(part, psi, cases) for part in _parts(system, forcing)]
+    h = np.broadcast_to(half, (*cases, half.shape[-1])).reshape(-1)
+    maps = _mapped(system.second_order, parts, h, rule).reshape(*cases, psi.shape[-2], system.states, -1)
+    Phi, Gamma = _joined(maps[..., : system.states], maps[..., system.states :], points, azimuths)
+    return Passage(azimuths, Phi, Gamma, psi.shape[-2])
+
+
+def _nodes(phase: float) -> tuple[int, int]:
+    """Nodes that make (phase)^2p/(2p)!, about the error of a panel, vanish beside rounding; and fewer."""
+    return next(
+        rule for rule in RULES if rule == RULES[-1] or phase ** (2 * rule[1]) < EPS * math.factorial(2 * rule[1])
+    )
+
+
+Part = PeriodicMatrix | Callable[[Array], Array] | None
+
+
+def _parts(system: PeriodicSystem, forcing: PeriodicMatrix | None) -> tuple[Part, Part, Part]:
+    """What a panel's map is made of: (D, K, F), or (None, A, F)."""
+    if system.second_order:
+        return system.damping, system.stiffness, forcing
+    return None, system.matrix if system.matrix is not None else system.function, forcing
+
+
+def _sampled(part: Part, psi: Array, cases: tuple[int, ...]) -> Array | None:
+    """Samples (cases · panels, p, n, m)."""
+    if part is None:
+        return None
     flat = psi.reshape(*psi.shape[:-2], -1)
-    shape = (*cases, panels, nodes)
-    A = np.broadcast_to(_panelled(system.sample(flat), psi), (*shape, n, n)).reshape(-1, nodes, n, n)
-    F = None
-    if forcing is not None:
-        sampled = _panelled(forcing.sample(flat), psi)
-        rows = sampled.shape[-2]
-        F = np.zeros((*shape, n, sampled.shape[-1]))
-        F[..., n - rows :, :] = sampled
-        F = F.reshape(-1, *F.shape[-3:])
-    maps = _mapped(A, np.broadcast_to(half, shape[:-1]).reshape(-1), rule, F).reshape(*shape[:-1], n, -1)
-    Phi, Gamma = _joined(maps[..., :n], maps[..., n:], points, azimuths)
-    return Passage(azimuths, Phi, Gamma, panels)
+    samples = part.sample(flat) if isinstance(part, PeriodicMatrix) else part(flat)
+    samples = samples.reshape(*samples.shape[:-3], *psi.shape[-2:], *samples.shape[-2:])
+    return np.broadcast_to(samples, cases + samples.shape[-4:]).reshape(-1, *samples.shape[-3:])
 
 
-def _mapped(A: Array, h: Array, rule: Rule, F: Array | None) -> Array:
+def _mapped(second_order: bool, parts: Sequence[Array | None], h: Array, rule: Rule) -> Array:
     """Maps of all panels, some at a time."""
-    count = max(DOUBLES // (A.shape[1] * A.shape[2]) ** 2, 1)
-    parts = [slice(i, i + count) for i in range(0, len(A), count)]
-    return np.concatenate([first_order_panel(A[p], h[p], rule, None if F is None else F[p]) for p in parts])
+    _, K, _ = parts
+    assert K is not None
+    count = max(DOUBLES // (K.shape[1] * K.shape[2]) ** 2, 1)
+    out = []
+    for some in (slice(i, i + count) for i in range(0, len(h), count)):
+        D, K, F = (None if part is None else part[some] for part in parts)
+        assert K is not None
+        one = second_order_panel(D, K, h[some], rule, F) if second_order else first_order_panel(K, h[some], rule, F)
+        out.append(one)
+    return np.concatenate(out)
 
 
-def _panelled(samples: Array, psi: Array) -> Array:
-    """(..., panels · p, n, m) → (..., panels, p, n, m)."""
-    return samples.reshape(*samples.shape[:-3], *psi.shape[-2:], *samples.shape[-2:])
-
-
-def _panel_ends(system: PeriodicSystem, forcing: PeriodicMatrix | None, azimuths: Array) -> Array:
+def _panel_ends(system: PeriodicSystem, forcing: PeriodicMatrix | None, azimuths: Array, size: float) -> Array:
     """Azimuths, kinks between them and further points, ascending, (..., panels+1)."""
-    size = float(np.max(_largest(system), initial=1.0))
     parts = np.maximum(np.ceil(np.diff(azimuths) * size / PHASE), 1).astype(int)
     steps = [np.linspace(a, b, k, endpoint=False) for (a, b), k in zip(pairwise(azimuths), parts, strict=True)]
     ends = np.concatenate([*steps, azimuths[-1:]])
@@ -107,10 +130,11 @@ def _panel_ends(system: PeriodicSystem, forcing: PeriodicMatrix | None, azimuths
     )
 
 
-def _largest(system: PeriodicSystem) -> Array:
-    """A frequency that A does not exceed."""
-    parts = [p for p in (system.damping, system.matrix) if p is not None]
-    sizes = [p.bound().sum(axis=-1).max(axis=-1) for p in parts]
+def _largest(system: PeriodicSystem, forcing: PeriodicMatrix | None) -> Array:
+    """A frequency that neither motion nor coefficients exceed."""
+    parts = [p for p in (system.damping, system.stiffness, system.matrix, forcing) if p is not None]
+    sizes = [np.array(2.0 * math.pi / part.period * part.order) for part in parts]
+    sizes += [p.bound().sum(axis=-1).max(axis=-1) for p in (system.damping, system.matrix) if p is not None]
     if system.stiffness is not None:
         sizes.append(np.sqrt(system.stiffness.bound().sum(axis=-1).max(axis=-1)))
     if system.function is not None:

@@ -27,7 +27,7 @@ from numpy.typing import ArrayLike, NDArray
 from .errors import FloquetWarning, ParameterError
 from .models import input_vector
 from .passage import passage
-from .period_map import COARSE_NODES, EPS, ROUNDING
+from .period_map import EPS, ROUNDING
 from .periodic import PeriodicMatrix, PeriodicSystem
 
 __all__ = [
@@ -83,6 +83,11 @@ class StepResponse:
     azimuths: Array
     values: Array
     error: Any
+
+    @property
+    def tip_path_plane(self) -> Array:
+        """(a₀, a₁, b₁) (..., k, 3) of the tip-path plane or of multiblade coordinates; one blade has none."""
+        return _plane(np.swapaxes(self.values, -1, -2)[..., None, :], self.coordinates).swapaxes(-1, -2)
 
 
 # ---------------------------------------------------------------------- constant models
@@ -180,7 +185,7 @@ def tip_path_plane_gains(system: PeriodicSystem) -> Array:
 
 def _plane(harmonics: NDArray[Any], coordinates: tuple[str, ...]) -> Array:
     """(a₀, a₁, b₁) (..., 3, m) from the harmonics (..., n, h, m) of the coordinates."""
-    if coordinates == ("beta",):
+    if coordinates == ("beta",) and harmonics.shape[-2] > 1:
         mean, first = harmonics[..., 0, 0, :], harmonics[..., 0, 1, :]
         return np.stack([mean.real, -first.real, first.imag], axis=-2)
     signs = {"beta_0": 1.0, "beta_1c": -1.0, "beta_1s": -1.0, "a_0": 1.0, "a_1": 1.0, "b_1": 1.0}
@@ -225,17 +230,17 @@ def _periodic_states(system: PeriodicSystem) -> tuple[Array, Array]:
         )
     psi = _revolution(system)
     X, amplification, panels = _repeating(system, psi)
-    coarse = _repeating(system, psi, nodes=COARSE_NODES)[0]
+    coarse = _repeating(system, psi, coarse=True)[0]
     scale = np.abs(X).max(axis=(-3, -2))
     return X, np.abs(X - coarse).max(axis=(-3, -2)) + ROUNDING * EPS * panels * amplification[..., None] * scale
 
 
-def _repeating(system: PeriodicSystem, psi: Array, **rule: int) -> tuple[Array, Array, int]:
+def _repeating(system: PeriodicSystem, psi: Array, *, coarse: bool = False) -> tuple[Array, Array, int]:
     """States at all azimuths but the last that repeat after them, how much (I − Φ)⁻¹ and Φ amplify, and the panels."""
-    found = passage(system, psi, forced=True, **rule)
+    found = passage(system, psi, forced=True, coarse=coarse)
     n, m = found.inputs.shape[-2:]
     Phi, Gamma = found.fundamental()[..., -1, :, :], found.states(np.zeros((n, m)))[..., -1, :, :]
-    if not rule and np.any(np.abs(np.linalg.eigvals(Phi)) > 1.0 + 1e-9):
+    if not coarse and np.any(np.abs(np.linalg.eigvals(Phi)) > 1.0 + 1e-9):
         warnings.warn(
             f"{system.name or 'the system'} is unstable: the periodic response exists, but motion grows away from it",
             FloquetWarning,
@@ -281,7 +286,7 @@ def step_response(
             "initial", start.shape, f"shape {start.shape} is no state of {n} entries: give positions, then rates"
         )
     x, panels = _moved(system, psi, u, start)
-    coarse, _ = _moved(system, psi, u, start, nodes=COARSE_NODES)
+    coarse, _ = _moved(system, psi, u, start, coarse=True)
     scale = np.abs(x).max(axis=(-2, -1))
     return StepResponse(
         coordinates=system.coordinates,
@@ -291,9 +296,9 @@ def step_response(
     )
 
 
-def _moved(system: PeriodicSystem, psi: Array, u: Array, start: Array, **rule: int) -> tuple[Array, int]:
+def _moved(system: PeriodicSystem, psi: Array, u: Array, start: Array, *, coarse: bool = False) -> tuple[Array, int]:
     """States (..., k, states) under constant inputs u (..., m)."""
-    found = passage(system, psi, forced=True, **rule)
+    found = passage(system, psi, forced=True, coarse=coarse)
     return found.states(start[..., None], u[..., None])[..., 0], found.panels
 
 

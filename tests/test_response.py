@@ -242,6 +242,17 @@ def test_step_of_constant_models_is_a_matrix_exponential(reduced: bool) -> None:
     np.testing.assert_allclose(found.values[-1], np.linalg.solve(K, f), atol=1e-5)  # at rest after 40 rad
 
 
+def test_tip_path_plane_of_a_step_is_in_the_sense_of_a1_and_b1() -> None:
+    psi = np.array([0.0, 2.0, 60.0])
+    system = multiblade(ROTOR, 0.3)
+    moved, plane = (step_response(s, INPUTS, psi) for s in (system, tip_path_plane(ROTOR, 0.3)))
+    np.testing.assert_array_equal(moved.tip_path_plane, moved.values[:, :3] * [1.0, -1.0, -1.0])
+    np.testing.assert_array_equal(plane.tip_path_plane, plane.values)
+    assert np.abs(moved.tip_path_plane - plane.tip_path_plane).max() < 0.05 * np.abs(plane.values).max()
+    with pytest.raises(ParameterError, match="have no tip-path plane"):
+        _ = step_response(flapping(ROTOR, 0.3), INPUTS, psi).tip_path_plane
+
+
 def test_step_ends_in_the_periodic_response() -> None:
     system = multiblade(ROTOR, 0.3)
     steady = periodic_response(system, INPUTS)
