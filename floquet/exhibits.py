@@ -1,7 +1,8 @@
 """Numbered studies: a question answered by one table, one figure and a few numbers, and the page that shows them all.
 
 A study is a short Python file, ``table-1.py``, ``figure-3.py``, ``question-2.py`` …, whose docstring begins with its
-title and whose ``exhibit()`` returns an :class:`Exhibit`.  Made in a folder, it becomes::
+title and whose ``exhibit()`` returns an :class:`Exhibit`; what several share stands beside them (``from ._steps import
+…``).  Made in a folder, it becomes::
 
     NAME.png                the figure
     NAME.csv, NAME.md       the table, with all digits and as people read it
@@ -14,14 +15,17 @@ Tables and figures carry the numbers of NASA TP-1431; questions are asked here. 
 from __future__ import annotations
 
 import ast
+import hashlib
 import html
 import importlib.util
 import json
 import re
+import sys
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from concurrent.futures import as_completed
 from dataclasses import dataclass, field
 from pathlib import Path
+from types import ModuleType
 from typing import Any
 
 from floquet import __version__, report
@@ -29,7 +33,7 @@ from floquet.errors import FloquetError, InputError, StorageError
 from floquet.store import atomic, write_failure
 from floquet.study import processes
 
-__all__ = ["Exhibit", "find", "load", "make", "make_all", "read", "title", "write_index"]
+__all__ = ["Exhibit", "find", "load", "make", "make_all", "module", "read", "title", "write_index"]
 
 NAME = re.compile(r"(table|figure|question)-(\d+)")
 KINDS = ("table", "figure", "question")
@@ -84,14 +88,29 @@ def title(path: Path) -> str:
     return text.splitlines()[0].rstrip(".")
 
 
-def load(path: Path) -> Exhibit:
-    """Run a study."""
-    spec = importlib.util.spec_from_file_location(f"floquet_study_{path.stem.replace('-', '_')}", path)
+def module(path: Path) -> ModuleType:
+    """The study as a module of a package made of its folder, so that studies share code: ``from ._steps import …``."""
+    folder = path.resolve().parent
+    package = f"floquet_studies_{hashlib.blake2b(str(folder).encode(), digest_size=8).hexdigest()}"
+    if package not in sys.modules:
+        sys.modules[package] = ModuleType(package)
+        sys.modules[package].__path__ = [str(folder)]
+    spec = importlib.util.spec_from_file_location(f"{package}.{path.stem.replace('-', '_')}", path)
     if spec is None or spec.loader is None or not path.is_file():
         raise InputError(f"{path} is no study: it is not a Python file")
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    found = module.exhibit() if hasattr(module, "exhibit") else None
+    made, before = importlib.util.module_from_spec(spec), sys.dont_write_bytecode
+    sys.dont_write_bytecode = True  # an installed folder is not ours to write in
+    try:
+        spec.loader.exec_module(made)
+    finally:
+        sys.dont_write_bytecode = before
+    return made
+
+
+def load(path: Path) -> Exhibit:
+    """Run a study."""
+    study = module(path)
+    found = study.exhibit() if hasattr(study, "exhibit") else None
     if not isinstance(found, Exhibit):
         raise InputError(f"{path} is no study: it needs a function exhibit() that returns an Exhibit")
     return found
@@ -238,7 +257,10 @@ def _number(value: float | str) -> str:
 def _linked_table(folder: Path, name: str, rows: int) -> str:
     """The table as its Markdown file has it, folded if it is long, with links to the files."""
     lines = [line for line in (folder / f"{name}.md").read_text("utf-8").splitlines() if line.startswith("|")]
-    cells = [[cell.strip().replace("\\|", "|") for cell in re.split(r"(?<!\\)\|", line)[1:-1]] for line in lines]
+    cells = [
+        [cell.strip().replace("\\|", "|").replace("\\*", "*") for cell in re.split(r"(?<!\\)\|", line)[1:-1]]
+        for line in lines
+    ]
     files = f'<a href="{name}.csv">CSV</a>, <a href="{name}.md">Markdown</a>'
     whole = _table(cells[0], cells[2:])
     if rows < LONG:

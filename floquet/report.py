@@ -161,7 +161,12 @@ def markdown(records: Iterable[Mapping[str, Any]]) -> str:
     rows = [{name: _word(name, value) for name, value in record.items()} for record in records]
     headers = list(dict.fromkeys(name for row in rows for name in row))
     lines = [headers, ["---"] * len(headers), *([_cell(row.get(name)) for name in headers] for row in rows)]
-    return "\n".join("| " + " | ".join(cell.replace("|", "\\|") for cell in line) + " |" for line in lines)
+    return "\n".join("| " + " | ".join(_escaped(cell) for cell in line) + " |" for line in lines)
+
+
+def _escaped(cell: str) -> str:
+    """A cell in which nothing is taken for Markdown."""
+    return cell.replace("|", "\\|").replace("*", "\\*")
 
 
 def _cell(value: Any) -> str:

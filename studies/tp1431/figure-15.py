@@ -27,7 +27,7 @@ def exhibit() -> Exhibit:
         "response vanishes there, on the periodic equations too, and b₁/p = a₁/q = −16/γ, eq. (23).  It comes back in "
         "forward flight: the table gives it at advance ratio 0.3, as a share of the direct response, on the tip-path "
         "plane and on the periodic equations.",
-        equations=("17", "19", "22a", "22b", "23"),
+        equations=("17", "19", "20", "22a", "22b", "23"),
         table=rows,
         numbers={
             "K₁ at γ = 8, κ = 0": rows[3]["pitch_flap_coupling"],
