@@ -104,8 +104,7 @@ def _name(ax: Axes, panel: Panel) -> None:
         labels.put(text, [(x, y)], distance=5.0, fontsize=SMALL, color=DARK)
     for one in panel.curves:
         if one.label:
-            x, y = np.asarray(one.x, float), np.asarray(one.y, float)
-            seen = (x >= left) & (x <= right) & (y >= low) & (y <= high)
-            labels.put(
-                one.label, along(np.where(seen, x, np.nan), y), distance=4.0, color=FAMILY[one.colour], fontsize=SMALL
-            )
+            across, up = np.asarray(one.x, float), np.asarray(one.y, float)
+            seen = (across >= left) & (across <= right) & (up >= low) & (up <= high)
+            anchors = along(np.where(seen, across, np.nan), up)
+            labels.put(one.label, anchors, distance=4.0, color=FAMILY[one.colour], fontsize=SMALL)
