@@ -15,8 +15,8 @@ import floquet
 PACKAGE = Path(floquet.__file__).parent
 ORDER = (
     "errors", "tomlfile", "rotorfile", "rotor", "periodic", "models", "kernels", "collocation", "period_map", "passage",
-    "exponents", "modes", "comparison", "validity", "response", "decoupling", "sweep", "families", "store", "studyfile", "study",
-    "export", "query", "plot", "report", "exhibits", "cli", "__main__",
+    "exponents", "modes", "comparison", "validity", "response", "decoupling", "sweep", "families", "store", "studyfile",
+    "study", "export", "query", "plot", "report", "exhibits", "cli", "__main__",
 )  # fmt: skip
 HOMES = {
     "h5py": "store", "matplotlib": "plot", "click": "cli", "rich": "cli", "numba": "kernels", "lark": "query",
