@@ -491,7 +491,7 @@ def test_numbered_studies_are_written_with_their_page(
     known = run("study").out.splitlines()
     assert [line.split(":")[0] for line in known[:3]] == ["validity", "table-1", "table-2"]
     assert any(line.startswith("figure-17: Figure 17. Hinge offset") for line in known)
-    refused(run("study", "figure-18"), "did you mean 'figure-1")
+    refused(run("study", "figure-18"), "did you mean 'figure-")
     folder = tmp_path / "studies"
     (folder / "tp1431").mkdir(parents=True)
     (folder / "small.toml").write_text(STUDY, encoding="utf-8")

@@ -38,7 +38,7 @@ def exhibit() -> Exhibit:
         figure=lines(
             [Panel(x="Lock number $\\gamma$", y="required pitch-flap coupling $K_1$ = tan $\\delta_3$", curves=curves,
                    xlim=(2.0, 17.0), every=2.0)],
-            footer="κ = K_β/(I_βΩ²). Hinge offset 0, hover. Steady flapping; no dynamic inflow.",
+            footer=r"$\kappa = K_\beta/(I_\beta\Omega^2)$. Hinge offset 0, hover. Steady flapping; no dynamic inflow.",
         ),
     )  # fmt: skip
 
