@@ -128,9 +128,9 @@ def make(path: Path, folder: Path) -> Exhibit:
         write_figure(shown.figure, folder / f"{name}.png", DPI)
     if shown.table:
         _write(folder / f"{name}.csv", report.as_csv(shown.table))
-        _write(folder / f"{name}.md", f"# {shown.title}\n\n{report.markdown(shown.table)}\n")
+        _write(folder / f"{name}.md", f"# {_numbered(name, shown.title)}\n\n{report.markdown(shown.table)}\n")
     about = {
-        "title": shown.title,
+        "title": _numbered(name, shown.title),
         "caption": shown.caption,
         "equations": shown.equations,
         "numbers": shown.numbers,
@@ -139,6 +139,13 @@ def make(path: Path, folder: Path) -> Exhibit:
     }
     _write(folder / f"{name}.json", report.as_json(about))
     return shown
+
+
+def _numbered(name: str, heading: str) -> str:
+    """A title with its number, which captions of the report begin with and questions do not."""
+    kind, number = name.split("-")
+    begin = f"{kind.capitalize()} {number}. "
+    return heading if heading.startswith(begin) else begin + heading
 
 
 def make_all(
@@ -160,7 +167,7 @@ def make_all(
             settle(done, path, _tried(path, folder))
     else:
         with processes(min(workers, len(paths))) as workforce:
-            asked = {workforce.submit(_tried, path, folder): path for path in paths}
+            asked = {workforce.submit(_tried, path, folder): path for path in reversed(paths)}  # questions take longest
             for done, future in enumerate(as_completed(asked), 1):
                 settle(done, asked[future], future.exception() or future.result())
     write_index(folder)

@@ -30,7 +30,7 @@ def exhibit() -> Exhibit:
     curves += [Line(x=MU[1:], y=finer[1:, j], colour=j, style="dashed") for j in range(len(INPUTS))]
     beyond = [Line(x=MU, y=second[:, j], label=letter, colour=j) for j, letter in enumerate(INPUTS.values())]
     return Exhibit(
-        title="Question 5. How far is the steady response of the tip-path plane, eq. (12), from that of the periodic "
+        title="How far is the steady response of the tip-path plane, eq. (12), from that of the periodic "
         "equations?",
         caption="Steady (a₀, a₁, b₁) per unit of each input, for γ = 8, ε = 0.05, chosen here: the distance of the "
         "tip-path plane's, and of the averaged model's with two harmonics, from the harmonics of the exact periodic "

@@ -68,7 +68,7 @@ def exhibit() -> Exhibit:
         )  # fmt: skip
     assert np.allclose(teetering_gearing(TEETERING, 0.3), control_mixing(TEETERING, 0.3))
     return Exhibit(
-        title="Question 6. How much coupling is left when the decoupling laws are closed on the periodic equations?",
+        title="How much coupling is left when the decoupling laws are closed on the periodic equations?",
         caption="The laws of the report keep their promise on the tip-path plane, to rounding; here they are closed on "
         "the periodic equations, for γ = 8, ε = 0.05 and a teetering rotor of γ = 8, chosen here. Drawn is the largest "
         "deviation from the promised steady response to one input, over the largest response promised to it. Solid: "

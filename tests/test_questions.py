@@ -1,0 +1,687 @@
+"""The questions' numbers and their page, against sources that share no code with the package.
+
+Exact exponents come from 80-bit Taylor series (``tests.truth.extended``) or, for the teetering rotor, from a long Hill
+matrix; simple models from the transcribed tables and from short Hill matrices: with harmonics -M … M, Hill's matrix is
+the averaged model of 2M+1 blades.
+"""
+
+from __future__ import annotations
+
+import functools
+import json
+import math
+import re
+from collections.abc import Iterable, Mapping, Sequence
+from pathlib import Path
+from types import ModuleType
+from typing import Any, NamedTuple
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+from scipy.optimize import brentq, linear_sum_assignment
+from scipy.special import mathieu_a, mathieu_b
+
+from floquet import Rotor
+from floquet.comparison import Cause, Rule
+from floquet.exhibits import Exhibit, module
+from floquet.plot import validity_curves as curves
+from floquet.validity import limits
+from tests.support import REFERENCE, oracle, oracle_exponents
+from tests.truth import closed_forms, extended
+
+ROOT = Path(__file__).parents[1]
+PAGE = (ROOT / "docs" / "validity.md").read_text(encoding="utf-8") if (ROOT / "docs" / "validity.md").exists() else ""
+TRANSITIONS = json.loads((REFERENCE / "transitions.json").read_text(encoding="utf-8"))
+MODES = {"regressing": -1, "coning": 0, "advancing": 1}
+TOLERANCE = 0.05
+NAMES = ("lock_number", "hinge_offset", "hinge_stiffness", "pitch_flap_coupling")
+Complex = NDArray[np.complex128]
+Errors = dict[str, float]
+
+
+@functools.cache
+def study(number: int) -> ModuleType:
+    return module(ROOT / "studies" / "tp1431" / f"question-{number}.py")
+
+
+@functools.cache
+def shown(number: int) -> Exhibit:
+    found: Exhibit = study(number).exhibit()
+    return found
+
+
+# ---------------------------------------------------------------------- independent models
+def companion(D: Any, K: Any) -> Complex:
+    """Eigenvalues of q'' + D q' + K q = 0."""
+    n = len(D)
+    found: Complex = np.linalg.eigvals(np.block([[np.zeros((n, n)), np.eye(n)], [-K, -D]])).astype(complex)
+    return found
+
+
+def hill(c: closed_forms.Coefficients, harmonics: Sequence[int]) -> Complex:
+    """The s of β = Σ b_k exp((s + ik)ψ), where these harmonics of the blade's equation are kept."""
+    k = np.asarray(harmonics)
+    step = k[:, None] - k
+    first = np.where(step == 1, -0.5j, np.where(step == -1, 0.5j, 0.0)) * c["cs1"]
+    spring = np.where(np.abs(step) == 1, 0.5 * c["kc1"] - 0.5j * step * c["ks1"], 0.0)
+    spring = spring + np.where(np.abs(step) == 2, 0.5 * c["kc2"] - 0.25j * step * c["ks2"], 0.0)
+    D = np.diag(2j * k + c["c0"]) + first
+    K = np.diag(-(k**2.0) + 1j * k * c["c0"] + c["k0"]) + first * (1j * k) + spring
+    return companion(D, K)
+
+
+def lifted(pair: Complex, c: closed_forms.Coefficients, strip: float) -> float:
+    """ρ: of all imaginary parts modulo ``strip`` and of either sign, the nearest to the mean stiffness's frequency."""
+    near = math.sqrt(max(0.0, float(c["k0"]) - float(c["c0"]) ** 2 / 4.0))
+    turns = strip * np.arange(-1, 4)
+    candidates = np.concatenate([turns + abs(pair[0].imag), turns - abs(pair[0].imag)])
+    return float(min(candidates[candidates > -1e-9], key=lambda x: abs(x - near)))
+
+
+class Point(NamedTuple):
+    """A rotor at an advance ratio: errors by mode, modes whose simple pair is real, ρ of a lock (nan outside)."""
+
+    errors: Errors
+    split: set[str]
+    lock: float
+
+
+def compared(eta: Complex, locked: bool, rho: float, simple: Complex, orders: Mapping[str, int]) -> Point:
+    """Relative errors by the rules of the comparison, with the assignment of single eigenvalues instead of pairs."""
+    targets: dict[str, list[complex]] = {}
+    for name, k in orders.items():
+        mirror = -2.0 * rho - k if locked else math.nan
+        if mirror == k:
+            targets[name] = [complex(s) for s in eta.real]
+        else:
+            joint = mirror in orders.values()
+            sigma = float(eta.real[0 if k > mirror else 1]) if joint else float(eta.real.mean())
+            targets[name] = [complex(sigma, rho + k), complex(sigma, -rho - k)]
+    flat = np.array([t for pair in targets.values() for t in pair])
+    cost = np.abs(flat[:, None] - simple)
+    _, chosen = linear_sum_assignment(cost)
+    out, frequency = {}, {}
+    for i, name in enumerate(orders):
+        exact, found = flat[2 * i : 2 * i + 2], simple[chosen[2 * i : 2 * i + 2]]
+        out[name] = float(np.abs(found - exact).max() / np.sqrt(np.mean(np.abs(exact) ** 2)))
+        frequency[name] = float(np.abs(found.imag).sum())
+    pairs = [(a, b) for a, j in orders.items() for b, k in orders.items() if locked and j < k and j + k == -2.0 * rho]
+    for low, high in pairs:  # of two that share four targets, the lower frequency is the lower mode
+        if frequency[low] > frequency[high] + 1e-9:
+            out[low], out[high] = out[high], out[low]
+            frequency[low], frequency[high] = frequency[high], frequency[low]
+    return Point(out, {name for name in orders if frequency[name] < 1e-9}, rho if locked else math.nan)
+
+
+def articulated(points: Sequence[Sequence[float]], harmonics: int = 1) -> list[Point]:
+    """At points (γ, ε, κ, K₁, μ)."""
+    gamma, eps, kappa, K1, mu = np.array(points, float).T
+    pairs, D = extended.exponents(gamma, eps, kappa, K1, mu, 1.5 * eps)
+    orders = MODES | {f"further {k}": k for k in range(-harmonics, harmonics + 1) if abs(k) > 1}
+    out = []
+    for i, pair in enumerate(pairs):
+        c = closed_forms.truncated(*(float(x[i]) for x in (gamma, eps, kappa, K1, mu)))
+        simple = companion(*closed_forms.table_3(c)) if harmonics == 1 else hill(c, range(-harmonics, harmonics + 1))
+        locked = bool(D[i] > 0)
+        out.append(compared(pair, locked, lifted(pair, c, 1.0), simple, orders))
+    return out
+
+
+def teetering_exact(gamma: float, kappa: float, K1: float, mu: float) -> tuple[Complex, bool, float]:
+    """Exponents of eq. (2), lock and ρ: of Hill's matrix of 21 harmonics two eigenvalues lie in a strip of 2i."""
+    c = closed_forms.teetering(gamma, kappa, K1, mu)
+    s = hill(c, range(-20, 21, 2))
+    pair = s[np.abs(s.imag) < 1.0 - 1e-6]
+    if len(pair) == 0:  # locked at ρ = 1: both stand on the edges of the strip
+        pair = s[np.abs(s.imag - 1.0) < 1e-6]
+    assert len(pair) == 2
+    locked = bool(np.ptp(pair.imag) < 1e-6)
+    pair = pair[np.argsort(-pair.real)] if locked else pair
+    rho = lifted(pair, c, 2.0)
+    return pair, locked, float(round(rho)) if locked else rho
+
+
+@functools.cache
+def teetering(gamma: float, kappa: float, K1: float, mu: float) -> Errors:
+    """Errors of eq. (7) as printed against eq. (2)."""
+    D, K, _ = closed_forms.teetering_tip_path_plane(gamma, kappa, K1, mu)
+    orders = {name: k for name, k in MODES.items() if k}
+    return compared(*teetering_exact(gamma, kappa, K1, mu), companion(D, K), orders).errors
+
+
+def mathieu_edges(gamma: float, kappa: float, K1: float) -> list[float]:
+    """Lock edges of the teetering rotor up to μ = 1: a(μ) = a_n(q) or b_n(q) of the damped Mathieu equation."""
+
+    def parameters(mu: Any) -> tuple[Any, Any]:
+        a = 1.0 + kappa + gamma * K1 / 8.0 * (1.0 + mu**2) - (gamma / 16.0) ** 2
+        return a, gamma * mu**2 / 16.0 * math.sqrt(1.0 + K1**2)
+
+    edges, grid = [], np.linspace(1e-9, 1.0, 2001)
+    for curve, n in [(mathieu_a, 0), (mathieu_a, 1), (mathieu_b, 1), (mathieu_a, 2), (mathieu_b, 2)]:
+
+        def excess(mu: Any, curve: Any = curve, n: int = n) -> Any:
+            a, q = parameters(mu)
+            return a - curve(n, q)
+
+        signs = np.sign(excess(grid))
+        edges += [brentq(excess, grid[i], grid[i + 1], xtol=1e-14) for i in np.flatnonzero(signs[:-1] != signs[1:])]
+    return sorted(x for x in edges if x > 1e-6)
+
+
+def leading(hub: str, gamma: float, mode: str) -> float:
+    """Coefficient of the error in its power of μ for ε = κ = K₁ = 0, by perturbation of the hover exponent η.
+
+    With m± the couplings of neighbouring harmonics per μ and p(s) = s² + c₀s + 1, the TPP lacks m+ m-/p(s') of the
+    neighbour s' in p(η) = …, which moves η by that over p'(η) = 2iρ.
+    """
+    c = closed_forms.truncated(gamma, mu=1.0)
+    eta = -gamma / 16.0 + 1j * math.sqrt(1.0 - (gamma / 16.0) ** 2)
+
+    def p(s: complex) -> complex:
+        return s * s + gamma / 8.0 * s + 1.0
+
+    def up(s: complex) -> complex:  # from the harmonic of exponent s to the next
+        return -0.5j * float(c["cs1"]) * s + 0.5 * float(c["kc1"])
+
+    def down(s: complex) -> complex:
+        return 0.5j * float(c["cs1"]) * s + 0.5 * float(c["kc1"])
+
+    two_up, two_down = -0.5j * float(c["ks2"]), 0.5j * float(c["ks2"])
+    if hub == "teetering":
+        gone = two_up * two_down / p(eta + 2j * (1 if mode == "regressing" else -1))
+    elif mode == "coning":
+        above = (two_up - up(eta + 1j) * up(eta) / p(eta + 1j)) * (
+            two_down - down(eta + 2j) * down(eta + 1j) / p(eta + 1j)
+        )
+        below = (two_down - down(eta - 1j) * down(eta) / p(eta - 1j)) * (
+            two_up - up(eta - 2j) * up(eta - 1j) / p(eta - 1j)
+        )
+        gone = above / p(eta + 2j) + below / p(eta - 2j)
+    elif mode == "regressing":
+        gone = down(eta + 1j) * up(eta) / p(eta + 1j)
+    else:
+        gone = up(eta - 1j) * down(eta) / p(eta - 1j)
+    return abs(gone / (2.0 * eta + gamma / 8.0)) / abs(eta + 1j * MODES[mode])
+
+
+# ---------------------------------------------------------------------- limits
+GRID = [x / 30.0 for x in range(1, 31)]
+PRINTED = 0.0006  # a limit of three decimals is right to half of the last, and a little more
+
+
+def holds_until(
+    limit: float, errors: Mapping[float, float], tolerance: float = TOLERANCE, step: float = PRINTED
+) -> bool:
+    """Whether errors (μ → error) keep the tolerance up to a step before a limit and pass it within a step behind."""
+    before = [error for mu, error in errors.items() if mu <= limit - 0.99 * step]
+    there = [error for mu, error in errors.items() if abs(mu - limit) <= 1.01 * step]
+    return max(before) <= tolerance and (limit + step > 1.0 or max(there) > tolerance)
+
+
+def around(limits: Iterable[float], step: float = PRINTED) -> list[float]:
+    """The grid, and points around limits: failures as short as half a step are seen."""
+    near = [x + f * step for x in limits if math.isfinite(x) for f in (-1.0, -0.5, 0.0, 0.5, 1.0)]
+    return sorted({*GRID, *(x for x in near if 0.0 < x <= 1.0)})
+
+
+# ---------------------------------------------------------------------- the page
+def tables() -> list[list[list[str]]]:
+    """The page's tables as cells, without the line under the header."""
+    found = re.findall(r"(?:^\|.*\n)+", PAGE, re.MULTILINE)
+    rows = [[[c.strip() for c in line.strip("|").split("|")] for line in text.splitlines()] for text in found]
+    return [[row for row in table if not set(row[0]) <= {"-"}] for table in rows]
+
+
+COUNTS, REGRESSING, OTHERS, ORDERS, GUESS, TEETERING, HARMONICS, REVERSED = range(8)
+Parameters = tuple[float, float, float, float]
+
+
+def text() -> str:
+    """The page on one line."""
+    return " ".join(PAGE.split())
+
+
+def number(cell: str) -> float:
+    """A cell with one number; ``none`` is inf, letters and brackets go."""
+    word = cell.strip("() LS")
+    return math.inf if word == "none" else float(word)
+
+
+def parameters(header: str, gamma: str) -> Parameters:
+    """γ, ε, κ, K₁ of a cell by its column's and row's names."""
+    symbol, value = header.rsplit(" = ", 1)
+    changed = {symbol: float(value.replace("−", "-"))}
+    return float(gamma), changed.get("ε", 0.0), changed.get("κ", 0.0), changed.get("K₁", 0.0)
+
+
+@functools.cache
+def page_cells() -> dict[Parameters, dict[str, str]]:
+    """Rotor → mode → cell of the page."""
+    regressing, others = tables()[REGRESSING], tables()[OTHERS]
+    assert regressing[0] == others[0]
+    out = {}
+    for first, second in zip(regressing[1:], others[1:], strict=True):
+        for header, one, two in zip(regressing[0][1:], first[1:], second[1:], strict=True):
+            coning, advancing = two.split(" / ")
+            cells = {"regressing": one, "coning": coning, "advancing": advancing}
+            out[parameters(header, first[0])] = cells
+    assert len(out) == 72
+    return out
+
+
+@functools.cache
+def page_points() -> dict[Parameters, dict[float, Point]]:
+    """Rotor → μ → what is known there, on a grid and around the page's limits."""
+    wanted = [(rotor, mu) for rotor, cells in page_cells().items() for mu in around(map(number, cells.values()))]
+    out: dict[Parameters, dict[float, Point]] = {}
+    for (rotor, mu), point in zip(wanted, articulated([(*r, mu) for r, mu in wanted]), strict=True):
+        out.setdefault(rotor, {})[mu] = point
+    return out
+
+
+def largest(rotor: Parameters, mode: str, end: float) -> float:
+    return max(point.errors[mode] for mu, point in page_points()[rotor].items() if mu <= end)
+
+
+def reaching(mode: str, end: float, gammas: tuple[float, float] = (2.0, 16.0)) -> int:
+    """How many rotors keep 5 % up to an advance ratio."""
+    rotors = [rotor for rotor in page_points() if gammas[0] <= rotor[0] <= gammas[1]]
+    return sum(largest(rotor, mode, end) <= TOLERANCE for rotor in rotors)
+
+
+def test_page_limits() -> None:
+    """Every limit of the page, by extended precision."""
+    for rotor, cells in page_cells().items():
+        for mode in MODES:
+            errors = {mu: point.errors[mode] for mu, point in page_points()[rotor].items()}
+            assert holds_until(number(cells[mode]), errors), (rotor, mode)
+
+
+def test_page_counts() -> None:
+    assert [int(x) for x in tables()[COUNTS][1][1:]] == [reaching(mode, 0.3) for mode in MODES]
+    assert [int(x) for x in tables()[COUNTS][2][1:]] == [reaching(mode, 0.4) for mode in MODES]
+    light = [reaching("regressing", x, gammas=(2.0, 8.0)) for x in (0.3, 0.4)]
+    heavy = [reaching("regressing", x, gammas=(10.0, 16.0)) for x in (0.3, 0.4)]
+    said = re.search(r"0.3 in (\d+) of 36 rotors,\s+and\s+up to\s+0.4 in (\d+)\.", PAGE)
+    assert said and [int(x) for x in said.groups()] == light
+    said = re.search(r"0.3 in (\d+) of 36, up to 0.4 in (\d+); the lowest limit is ([\d.]+)\.", PAGE)
+    assert said and [int(x) for x in said.groups()[:2]] == heavy
+    lowest = {mode: min(number(cells[mode]) for cells in page_cells().values()) for mode in MODES}
+    assert float(said[3]) == lowest["regressing"]
+    assert f"the lowest limits are {lowest['coning']} and {lowest['advancing']}" in PAGE
+
+
+def test_page_says_which_way_limits_move() -> None:
+    cells = {rotor: number(cells["regressing"]) for rotor, cells in page_cells().items()}
+    plain = {rotor[0]: x for rotor, x in cells.items() if not any(rotor[1:])}
+    for gamma in list(plain)[1:]:
+        assert cells[gamma, 0.15, 0.0, 0.0] > plain[gamma] and cells[gamma, 0.0, 0.0, 0.5] > plain[gamma]
+    lower = [gamma for gamma, x in plain.items() if cells[gamma, 0.0, 0.0, -0.2] < x]
+    assert lower == [2.0, 6.0, 8.0, 10.0, 14.0] and "lowers it at 2, 6, 8, 10 and 14" in text()
+    for changed in [(0.05, 0.0, 0.0), (0.0, 0.1, 0.0), (0.0, 0.225, 0.0), (0.0, 0.0, 0.225)]:
+        moves = {bool(cells[(gamma, *changed)] > x) for gamma, x in plain.items() if cells[(gamma, *changed)] != x}
+        assert moves == {True, False}
+    mu = [
+        0.247 - PRINTED,
+        0.247 + PRINTED,
+        0.268 - PRINTED,
+        0.268 + PRINTED,
+        0.303 - PRINTED,
+        *np.linspace(0.304, 1.0, 30),
+    ]
+    failing = [x.errors["regressing"] > TOLERANCE for x in articulated([(8.0, 0.0, 0.225, 0.0, x) for x in mu])]
+    assert failing == [False, True, True, False, False] + [True] * 30
+
+
+def test_question_1() -> None:
+    """Limits are the page's; what they are held against, their causes and limits at 1 and 10 % are checked anew."""
+    table = shown(1).table
+    assert len(table) == 216
+    tolerances = {"limit_at_1_percent": 0.01, "limit": 0.05, "limit_at_10_percent": 0.10}
+    wanted = [(row, name, row[name] + d) for row in table for name in tolerances for d in (-1e-7, 1e-7)]
+    wanted = [(row, name, mu) for row, name, mu in wanted if mu <= 1.0]
+    points: dict[tuple[int, str], dict[float, Point]] = {}
+    found = articulated([(*(row[n] for n in NAMES), mu) for row, _, mu in wanted])
+    for (row, name, mu), point in zip(wanted, found, strict=True):
+        points.setdefault((id(row), name), {})[mu] = point
+    for row in table:
+        rotor, mode = tuple(row[name] for name in NAMES), row["mode"]
+        cell = page_cells()[rotor][mode]
+        assert number(cell) == (round(row["limit"], 3) if row["limit"] <= 1.0 else math.inf)
+        for name, tolerance in tolerances.items():
+            there = page_points()[rotor] | points.get((id(row), name), {})
+            errors = {mu: point.errors[mode] for mu, point in there.items()}
+            assert holds_until(row[name], errors, tolerance, 1e-7), (rotor, mode, name)
+        last = max(points[id(row), "limit"].items())[1] if row["limit"] <= 1.0 else page_points()[rotor][1.0]
+        own = math.isnan(last.lock) or abs(2.0 * last.lock + MODES[mode]) <= 1.0
+        assert (row["rule"] == Rule.MEAN) == (not own) == cell.startswith("("), (rotor, mode)
+        if mode == "regressing" and row["limit"] <= 1.0:
+            split = "regressing" in last.split
+            cause = (Cause.TPP_SPLIT if split else Cause.DRIFT) if math.isnan(last.lock) else Cause.LOCK
+            cause = Cause.DRIFT_IN_LOCK if cause == Cause.LOCK and split else cause
+            assert row["cause"] == cause, rotor
+            assert cell[5:].strip() == {Cause.TPP_SPLIT: "S", Cause.DRIFT: ""}.get(cause, "L"), rotor
+    texts_are_apart(shown(1).figure)
+    for mode in MODES:
+        for end in (0.3, 0.4):
+            assert shown(1).numbers[f"rotors whose {mode} limit is at least {end}"] == reaching(mode, end)
+    regressing = [row for row in table if row["mode"] == "regressing"]
+    one, ten = (sum(row[name] >= 0.3 for row in regressing) for name in ("limit_at_1_percent", "limit_at_10_percent"))
+    drift = shown(1).numbers["TPP regressing damping less the exact one, γ = 8, μ = 0.3"]
+    simple = companion(*closed_forms.table_3(closed_forms.truncated(8.0, mu=0.3)))
+    assert drift == pytest.approx(-0.5 - simple[np.argmin(np.abs(simple - (-0.5 + 0.152j)))].real, abs=1e-12)
+    assert f"regressing damping {drift:.4f} per rev, {200.0 * drift:.1f} %" in text()
+    assert f"At 1 % the regressing mode reaches 0.3 in {one} of the 72, at 10 % in {ten}." in PAGE
+
+
+def test_question_1_locks_and_drift() -> None:
+    """Lock edges are the published ones; outside locks every real part of the oracle is -c₀/2, and the TPP drifts."""
+    families = {"fig6": {}, "fig7": {"hinge_offset": 0.15}, "fig8": {"hinge_stiffness": 0.225}}
+    families |= {"fig9": {"pitch_flap_coupling": 0.225}}
+    table = study(1).rows([4.0, 16.0], {name: (0.0, x) for f in families.values() for name, x in f.items()})
+    for family, changed in families.items():
+        for row in study(1).chosen(table, "coning", **changed):
+            edges = TRANSITIONS[f"single:{family}:{row['lock_number']:g}"]["edges"]
+            found = [x for window in row["lock_windows"] for x in window[:2] if x <= 1.0]
+            assert found == pytest.approx([edge["mu"] for edge in edges], abs=1e-11)
+    single = [case for case in oracle() if case["kind"] == "single" and not case["locked"] and case["id"] != 16]
+    assert len(single) >= 15
+    for case in single:
+        p = {k: float(v) for k, v in case["params"].items() if k != "eMI"}
+        c0 = closed_forms.truncated(p["gamma"], p.get("eps", 0.0))["c0"]
+        np.testing.assert_allclose(oracle_exponents(case)[0].real, -c0 / 2.0, rtol=1e-15)
+    c = closed_forms.truncated(8.0, 0.1, 0.1, 0.2, 0.7)
+    assert companion(*closed_forms.table_3(c)).real.sum() == pytest.approx(-3.0 * c["c0"], abs=1e-13)
+
+
+# ---------------------------------------------------------------------- orders
+def test_question_2() -> None:
+    """Slopes and coefficients are those of perturbation theory, but for γ = 16 and 14, as the page says."""
+    rows = {(row["hub"], row["mode"], row["lock_number"]): row for row in shown(2).table}
+    assert len(rows) == 40
+    for (hub, mode, gamma), row in rows.items():
+        assert row["order"] == (4 if hub == "teetering" or mode == "coning" else 2)
+        if gamma <= 12.0 or (gamma == 14.0 and hub == "teetering"):
+            assert row["slope"] == pytest.approx(row["order"], abs=4e-3)  # the next term is μ² times the first
+            assert row["coefficient"] == pytest.approx(leading(hub, gamma, mode), rel=2e-3)
+    numbers = shown(2).numbers
+    assert numbers["slope, articulated regressing, γ = 8"] == rows["articulated", "regressing", 8.0]["slope"]
+    assert numbers["slope, articulated regressing, γ = 16"] == pytest.approx(1.0, abs=0.01)
+    assert numbers["slope, articulated coning, γ = 16"] == pytest.approx(3.0, abs=0.01)
+    assert numbers["slope, teetering regressing, γ = 16"] == pytest.approx(2.0, abs=1e-4)
+    # γ = 16: the exact frequency is μ²/√2 by Mathieu's a₀ = -q²/2, the TPP's is 1 - μ²/2, and |η - i| = √2
+    small = rows["teetering", "regressing", 16.0]["coefficient"] * 0.005**2
+    assert small == pytest.approx((1.0 - math.sqrt(0.5)) / 2.0, rel=1e-4)
+    outside, inside = articulated([(14.0, 0.0, 0.0, 0.0, mu) for mu in (0.0132, 0.0134)])
+    assert math.isnan(outside.lock) and inside.lock == 0.5 and "locks from μ = 0.0133 on" in text()
+
+
+def test_page_orders() -> None:
+    """The page's formulas of the coefficients, its table of them, and what they guess."""
+    for gamma in (2.0, 6.0, 8.0, 12.0):
+        alpha = gamma / 16.0
+        rho = math.sqrt(1.0 - alpha**2)
+        regressing = gamma * (1.0 + rho) / (18.0 * rho * (1.0 + 2.0 * rho))
+        advancing = gamma * (1.0 - rho) / (18.0 * rho * abs(1.0 - 2.0 * rho))
+        assert leading("articulated", gamma, "regressing") == pytest.approx(regressing, rel=1e-12)
+        assert leading("articulated", gamma, "advancing") == pytest.approx(advancing, rel=1e-9)
+        below, above = (math.hypot(alpha, rho + k) for k in (-1.0, 1.0))
+        both = alpha**2 / (8.0 * rho * (1.0 + rho) * below), alpha**2 / (8.0 * rho * abs(1.0 - rho) * above)
+        assert [leading("teetering", gamma, m) for m in ("regressing", "advancing")] == pytest.approx(both, rel=1e-9)
+    for kappa, K1 in ((0.0, 0.225), (0.1, -0.2)):
+        alpha, mu = 0.5, 0.03
+        rho = math.sqrt(1.0 + kappa + K1 - alpha**2)
+        factor = alpha**2 * (1.0 + K1**2) / (8.0 * rho) * mu**4
+        found = teetering(8.0, kappa, K1, mu)
+        below, above = (math.hypot(alpha, rho + k) for k in (-1.0, 1.0))
+        assert found["regressing"] == pytest.approx(factor / ((1.0 + rho) * below), rel=0.01)  # the next term is μ²
+        assert found["advancing"] == pytest.approx(factor / (abs(1.0 - rho) * above), rel=0.02)
+    gammas, coefficients, guesses, limits = tables()[GUESS]
+    for gamma, coefficient, guess, limit in zip(gammas[1:], coefficients[1:], guesses[1:], limits[1:], strict=True):
+        value = leading("articulated", float(gamma), "regressing")
+        assert (coefficient, guess) == (f"{value:.4f}", f"{math.sqrt(0.05 / value):.3f}")
+        assert limit == page_cells()[float(gamma), 0.0, 0.0, 0.0]["regressing"]
+    for hub, row in zip(("articulated", "teetering"), tables()[ORDERS][1:], strict=False):
+        for mode, cell in zip(MODES, row[1:], strict=True):
+            assert cell == {2: "μ²", 4: "μ⁴", 0: ""}[study(2).ORDERS[hub].get(mode, 0)]
+
+
+# ---------------------------------------------------------------------- the teetering rotor
+def growth(gamma: float) -> float:
+    """Where an exponent of eq. (2) becomes positive."""
+    return float(brentq(lambda mu: float(teetering_exact(gamma, 0.0, 0.0, mu)[0].real.max()), 1.2, 1.7, xtol=1e-12))
+
+
+def test_question_3_limits() -> None:
+    """Limits, largest errors and lock edges of all 48 rotors, by Hill's matrix and Mathieu's characteristic values."""
+    table = shown(3).table
+    assert len(table) == 96
+    grid = np.linspace(0.0, 1.0, 26)[1:].tolist()
+    for row in table:
+        rotor = row["lock_number"], row["hinge_stiffness"], row["pitch_flap_coupling"]
+        near = [row["limit"] + d for d in (-1e-7, 1e-7) if row["limit"] + d <= 1.0]
+        errors = {mu: teetering(*rotor, mu)[row["mode"]] for mu in [*grid, *near]}
+        assert holds_until(row["limit"], errors, TOLERANCE, 1e-7), (rotor, row["mode"])
+        for end in (0.4, 0.6, 1.0):
+            assert max(e for mu, e in errors.items() if mu <= end) <= row[f"largest_error_to_{end}"] * (1.0 + 1e-6)
+        assert [f"{x:.4g}" for x in mathieu_edges(*rotor)] == re.findall(r"0\.\d+", row["lock_windows"]), rotor
+
+
+def test_question_3_numbers() -> None:
+    """Published values, closed forms and Hill's matrix."""
+    numbers = shown(3).numbers
+    assert numbers["regressing error, γ = 6, μ = 0.4"] == pytest.approx(7.2e-4, abs=5e-6)
+    assert numbers["regressing error, γ = 6, μ = 0.6"] == pytest.approx(1.2e-2, abs=5e-4)
+    for gamma, mu in ((6, 0.4), (6, 0.6), (8, 0.4), (8, 0.6)):
+        error = teetering(gamma, 0.0, 0.0, mu)["regressing"]
+        assert numbers[f"regressing error, γ = {gamma}, μ = {mu}"] == pytest.approx(error, rel=1e-8)
+    case = next(
+        c
+        for c in oracle()
+        if c["kind"] == "teetering" and c["params"] == {"gamma": "8", "mu": "0.4", "kbeta": "0", "K1": "0"}
+    )
+    assert abs(teetering_exact(8.0, 0.0, 0.0, 0.4)[0] - oracle_exponents(case)[0][:, None]).min(axis=1).max() < 1e-13
+    for gamma in study(3).GAMMAS:
+        assert numbers[f"locked at 1 per rev from, γ = {gamma}"] == pytest.approx(
+            mathieu_edges(gamma, 0, 0)[0], abs=1e-11
+        )
+    for gamma in (2, 6, 16):
+        assert numbers[f"growth from, γ = {gamma}"] == pytest.approx(growth(gamma), abs=1e-9)
+    assert growth(6.0) == pytest.approx(TRANSITIONS["teeter:fig6:6"]["instability_mu"], abs=1e-11)
+    worst = {mu: teetering(16.0, 0.0, 0.0, mu)["regressing"] for mu in (0.4, 0.6)}  # the table has none above
+    for mu, error in worst.items():
+        assert numbers[f"largest regressing error up to {mu}"] == pytest.approx(error, rel=1e-8)
+    assert f"{worst[0.4]:.1%} at most up to μ = 0.4 and {worst[0.6]:.1%} up to 0.6".replace("%", " %") in text()
+    limits = {
+        mode: min(row["limit"] for row in shown(3).table if row["mode"] == mode) for mode in ("regressing", "advancing")
+    }
+    assert numbers["lowest regressing limit"] == limits["regressing"] > 0.6
+    assert numbers["lowest advancing limit"] == limits["advancing"] and f"before {limits['advancing']:.3f}" in text()
+
+
+def test_question_3_which_way_limits_move() -> None:
+    """Counts of the study and words of the page follow from the table, which is checked above."""
+    rows = [row for row in shown(3).table if row["mode"] == "regressing"]
+    plain = {r["lock_number"]: r for r in rows if not r["hinge_stiffness"] and not r["pitch_flap_coupling"]}
+    others = [r for r in rows if r["hinge_stiffness"] or r["pitch_flap_coupling"]]
+    moved = {}
+    for name in ("hinge_stiffness", "pitch_flap_coupling"):
+        for x in sorted({r[name] for r in others if r[name]}):
+            pairs = [(plain[r["lock_number"]]["limit"], r["limit"]) for r in others if r[name] == x]
+            moved[x, name] = sum(b > a for a, b in pairs), sum(b < a for a, b in pairs)
+            found = [
+                shown(3).numbers[f"of 8 regressing limits, {way} by {name} = {x:g}"] for way in ("raised", "lowered")
+            ]
+            assert tuple(found) == moved[x, name]
+    assert list(moved.values()) == [(2, 3), (3, 3), (4, 4), (4, 1), (4, 1)]
+    largest = [
+        g
+        for g, p in plain.items()
+        if all(p["largest_error_to_0.6"] > r["largest_error_to_0.6"] for r in others if r["lock_number"] == g)
+    ]
+    lowest = [g for g, p in plain.items() if all(p["limit"] < r["limit"] for r in others if r["lock_number"] == g)]
+    assert (largest, lowest) == ([2.0, 16.0], [8.0])
+    limited = [g for g, p in plain.items() if p["limit"] < 1.0]
+    coupled = {r["lock_number"]: r["limit"] for r in others if r["pitch_flap_coupling"] == 0.225}
+    assert limited == [8.0, 10.0, 12.0, 14.0, 16.0] and [g for g in limited if coupled[g] <= 1.0] == [16.0]
+    fifth = f"moves the fifth from {plain[16.0]['limit']:.3f} to {coupled[16.0]:.3f}"
+    assert f"K₁ = 0.225 removes four of its five limits up to 1 and {fifth}" in text()
+    assert "at 2 of 8 Lock numbers (2 and 16) and the lowest limit at 1 (8)" in text()
+    assert "K₁ = 0.5 raises four and lowers one; K₁ = −0.2 raises four and lowers four" in text()
+    assert "κ = 0.1 raises two and lowers three, κ = 0.225 three and three" in text()
+
+
+def test_page_teetering() -> None:
+    """The page's table of the rotor without spring and coupling, and the closed forms of its TPP."""
+    for gamma, *cells in tables()[TEETERING][1:]:
+        g = float(gamma)
+        at = {mu: teetering(g, 0.0, 0.0, mu)["regressing"] for mu in (*np.linspace(0.01, 1.0, 100), 0.4, 0.6)}
+        assert cells[:2] == [f"{100.0 * at[0.4]:.3f}", f"{100.0 * at[0.6]:.3f}"]
+        near = {mu: teetering(g, 0.0, 0.0, mu)["regressing"] for mu in around([number(cells[2])]) if mu not in GRID}
+        assert holds_until(number(cells[2]), at | near), gamma
+        assert cells[3:] == [f"{mathieu_edges(g, 0.0, 0.0)[0]:.4f}", f"{math.sqrt(g) / 4.0:.4f}", f"{growth(g):.3f}"]
+        for mu, reals in ((math.sqrt(g) / 4.0 - 1e-4, 0), (math.sqrt(g) / 4.0 + 1e-4, 2)):
+            D, K, _ = closed_forms.teetering_tip_path_plane(g, 0.0, 0.0, mu)
+            assert np.sum(companion(D, K).imag == 0.0) == reals
+        for mu, grows in ((math.sqrt(2.0) - 1e-6, False), (math.sqrt(2.0) + 1e-6, True)):
+            D, K, _ = closed_forms.teetering_tip_path_plane(g, 0.0, 0.0, mu)
+            assert (companion(D, K).real.max() > 0.0) == grows
+    for kappa, K1, mu in ((0.1, 0.3, 0.3), (0.0, 0.5, 0.6)):  # eigenvalues in symmetry about -γ/16
+        D, K, _ = closed_forms.teetering_tip_path_plane(8.0, kappa, K1, mu)
+        np.testing.assert_allclose(companion(D, K).real, -0.5, atol=1e-12)
+    low, high, peak = (100.0 * teetering(6.0, 0.0, 0.0, mu)["regressing"] for mu in (0.4, 0.6, math.sqrt(6.0) / 4.0))
+    assert f"At γ = 6 it is {low:.2f} % at μ = 0.4, {high:.1f} % at 0.6 and {peak:.1f} % at its peak" in text()
+    assert f"at √2 instead of {growth(2.0):.3f} to {growth(16.0):.3f}" in text()
+
+
+# ---------------------------------------------------------------------- five blades and more
+def test_question_4() -> None:
+    """Errors and limits of averaged models against short Hill matrices and extended precision, and the page's table."""
+    table, numbers = shown(4).table, shown(4).numbers
+    assert len(table) == 96
+    page = {row[0].replace(" blades (TPP)", ""): row[1:] for row in tables()[HARMONICS][1:]}
+    for M, blades in study(4).HARMONICS.items():
+        error = articulated([(8.0, 0.0, 0.0, 0.0, 0.3)], M)[0].errors["regressing"]
+        assert numbers[f"regressing error, {blades} blades, γ = 8, μ = 0.3"] == pytest.approx(
+            error, rel=1e-6, abs=1e-12
+        )
+        assert float(page[blades][0]) == float(f"{error:.2g}")
+        rows = [row for row in table if row["harmonics"] == M]
+        limited = {gamma: [row["limit"] for row in rows if row["lock_number"] == gamma] for gamma in study(4).GAMMAS}
+        points = [(float(gamma), mu) for gamma, some in limited.items() for mu in around(some, 1e-7)]
+        found = articulated([(gamma, 0.0, 0.0, 0.0, mu) for gamma, mu in points], M)
+        for row in rows:
+            errors = {
+                mu: point.errors[row["mode"]]
+                for (gamma, mu), point in zip(points, found, strict=True)
+                if gamma == row["lock_number"]
+            }
+            assert holds_until(row["limit"], errors, TOLERANCE, 1e-7), row
+        regressing = {row["lock_number"]: row for row in rows if row["mode"] == "regressing"}
+        limits = [round(row["limit"], 3) if row["limit"] <= 1.0 else math.inf for row in regressing.values()]
+        assert [number(cell) for cell in page[blades][1:]] == limits[1:] and limits[0] == math.inf
+        passing = sum(row["passes_lock"] for row in regressing.values())
+        assert (
+            passing == numbers[f"rotors of 8 within 5 % up to the first lock, {blades} blades"] == (2, 5, 7, 8)[M - 1]
+        )
+        for gamma, row in regressing.items():
+            first = next(
+                e["mu"] for e in TRANSITIONS.get(f"single:fig6:{gamma:g}", {}).get("edges", [{"mu": math.nan}])
+            )
+            assert math.isnan(first) or row["passes_lock"] == (row["limit"] > first)
+    assert "in 2, 5, 7 and 8 of the 8 rotors" in text()
+    short = [(r["harmonics"], r["lock_number"]) for r in table if r["mode"] == "regressing" and not r["passes_lock"]]
+    assert [gamma for M, gamma in short if M == 2] == [6.0, 8.0, 10.0] and (3, 10.0) in short
+    assert "At γ = 6, 8 and 10 five blades still fail before it, at γ = 10 seven too." in text()
+    one, two = (articulated([(8.0, 0.0, 0.0, 0.0, 0.3)], M)[0].errors["regressing"] for M in (1, 2))
+    assert f"regressing error is {100.0 * two:.3f} % instead of {100.0 * one:.1f} % at 0.3" in text()
+    first, second = (number(page[blades][3]) for blades in ("3, 4", "5, 6"))
+    assert f"and its limit {second} instead of {first}." in text()
+    assert numbers["distance of the modes of 5 blades from those of 6, γ = 8, μ = 0.3"] < 1e-13
+
+
+def test_orders_of_averaged_models() -> None:
+    """2M for regressing and advancing, 2M + 2 for coning, between μ = 0.05 and 0.1."""
+    for M in (1, 2, 3):
+        low, high = (p.errors for p in articulated([(6.0, 0.0, 0.0, 0.0, mu) for mu in (0.05, 0.1)], M))
+        for mode, order in (("regressing", 2 * M), ("coning", 2 * M + 2), ("advancing", 2 * M)):
+            assert math.log2(high[mode] / low[mode]) == pytest.approx(order, abs=0.12)  # the next term is μ²
+
+
+def test_page_reversed_flow() -> None:
+    """With and without, by the package: its physics is held against quadrature elsewhere."""
+    for gamma, *cells in tables()[REVERSED][1:]:
+        rotor = Rotor(lock_number=float(gamma), blades=3)
+        for cell, flow in zip(cells, (False, True), strict=True):
+            found = [one.limit for one in limits(rotor, reversed_flow=flow)]
+            assert cell == " / ".join(f"{x:.3f}" if x <= 1.0 else "none" for x in found)
+
+
+# ---------------------------------------------------------------------- the figures
+def drawn(rows: Any, **options: Any) -> Any:
+    figure = curves.validity_figure(rows, **options)
+    figure.draw_without_rendering()
+    return figure
+
+
+def some_series(label: str) -> curves.Series:
+    records = [
+        {"lock_number": g, "limit": x, "cause": c, "rule": rule, "lock_windows": w}
+        for g, x, c, rule, w in [
+            (2.0, math.inf, Cause.NONE, Rule.REALS, []),
+            (4.0, 0.4, Cause.DRIFT, Rule.PAIRED, [(0.5, math.inf, 1.0)]),
+            (6.0, 0.7, Cause.LOCK, Rule.MEAN, [(0.2, 0.9, 0.5), (0.95, math.inf, 1.0)]),
+        ]
+    ]
+    return curves.Series.of(label, records)
+
+
+def test_limits_are_drawn_where_they_are() -> None:
+    series = [some_series("0"), some_series("-0.2")]
+    figure = drawn([[curves.Limits(title="regressing", series=series)], [curves.Locks(title="locks", series=series)]])
+    upper, lower = figure.axes
+    found = {(line.get_gid(), round(float(line.get_ydata()[0]), 3), line.get_markerfacecolor() == "white")
+             for line in upper.lines if line.get_gid() and line.get_gid() != "limits"}  # fmt: skip
+    assert found == {("no limit", curves.NONE, False), ("limit DRIFT", 0.4, False), ("limit LOCK", 0.7, True)}
+    x = sorted(float(line.get_xdata()[0]) for line in upper.lines if line.get_gid() == "limit DRIFT")
+    assert x == pytest.approx([3.8, 4.2])
+    bars = [p for p in lower.patches if (p.get_gid() or "").startswith("lock")]
+    assert sorted((p.get_y(), round(p.get_height(), 3)) for p in bars)[::2] == [(0.2, 0.7), (0.5, 0.5), (0.95, 0.05)]
+    assert [t.get_text() for t in upper.get_legend().get_texts()] == ["0", "−0.2"]
+    assert lower.get_legend() is None  # named once a column
+    words = [t.get_text() for t in figure.legends[0].get_texts()]
+    assert words == ["both oscillate, drifted apart", "Floquet locked, simple model not split",
+                     "open: against a locked pair's mean", "Floquet locked at ½ per rev",
+                     "Floquet locked at 1 per rev", "rule of thumb, 0.3 to 0.4"]  # fmt: skip
+
+
+def test_errors_are_drawn_with_their_powers() -> None:
+    mu = np.geomspace(0.01, 0.5, 20)
+    curve = curves.Curve(label="mine", mu=mu, error=0.1 * mu**2, order=2)
+    figure = drawn([[curves.Errors(title="small", curves=[curve], lowest=1e-6, logarithms=True),
+                     curves.Errors(title="all", curves=[curve], locks=[(0.3, 0.4, 1.0)])]], note="A note.")  # fmt: skip
+    left, right = figure.axes
+    solid, power = (next(line for line in left.lines if line.get_label() == x) for x in ("mine", "_order 2"))
+    np.testing.assert_allclose(solid.get_ydata(), power.get_ydata())
+    assert left.get_xscale() == "log" and right.get_xscale() == "linear"
+    assert [t.get_text() for t in left.texts] == ["mine"] and figure.get_supxlabel().startswith("A note.")
+    assert any(p.get_gid() == "lock 1" for p in right.patches)
+
+
+def texts_are_apart(figure: Any) -> None:
+    """No text of a figure lies on another or leaves the page."""
+    figure.draw_without_rendering()
+    texts = [t for ax in figure.axes for t in (*ax.texts, ax._left_title, ax.xaxis.label, ax.yaxis.label)]  # type: ignore[attr-defined]
+    texts += [t for ax in figure.axes if ax.get_legend() for t in ax.get_legend().get_texts()]
+    texts += [*figure.legends[0].get_texts(), figure._supxlabel]
+    boxes = [(t.get_text(), t.get_window_extent()) for t in texts if t.get_text()]
+    frame = figure.bbox
+    for i, (text, box) in enumerate(boxes):
+        assert frame.x0 <= box.x0 and box.x1 <= frame.x1 and frame.y0 <= box.y0 and box.y1 <= frame.y1, text
+        assert not [other for other, b in boxes[i + 1 :] if box.overlaps(b)], text
+
+
+@pytest.mark.parametrize("question", [2, 3, 4])
+def test_texts_of_a_figure_do_not_overlap(question: int) -> None:
+    texts_are_apart(shown(question).figure)
