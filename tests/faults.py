@@ -383,6 +383,7 @@ storage = (
 
 PASSAGE, RESPONSE, EXHIBITS = "floquet/passage.py", "floquet/response.py", "floquet/exhibits.py"
 R, D, E = "tests/test_response.py", "tests/test_decoupling.py", "tests/test_exhibits.py"
+FAMILIES, L = "floquet/families.py", "tests/test_loci.py"
 responses = (
     Mutant("inputs without the panel's length", "floquet/collocation.py", "h[:, None, None, None] * F]", "F]", R),
     Mutant("kinks forgotten", PASSAGE, "    if not kinks:\n", "    if True:\n", R),
@@ -408,6 +409,9 @@ responses = (
     Mutant("(19) without 1 + m", DECOUPLING, "/ (2.0 * (1.0 + np.asarray(rotor.offset_mass_ratio))))", "/ 2.0)", D),
     Mutant("(28) without p and q of the air", DECOUPLING, "k_3 * (P2 - 1.0) / C - 1.0", "k_3 * (P2 - 1.0) / C", D),
     Mutant("residual of the promise", DECOUPLING, "self.periodic if model is", "self.promised if model is", D),
+    Mutant("disc that precesses the wrong way", FAMILIES, "(2.0 - advancing.imag)", "np.abs(2.0 - advancing.imag)", L),
+    Mutant("reduced order turned over", FAMILIES, "A[..., 1, 1] - 1j", "A[..., 1, 1] + 1j", L),
+    Mutant("pairs not followed", FAMILIES, "if changed < kept:", "if changed > 2e9 + kept:", L),
     Mutant("tables in any order", EXHIBITS, "KINDS.index(match[1]), int(match[2])", "0, int(match[2])", E),
     Mutant("a fault ends all studies", EXHIBITS, "    except StorageError:\n", "    except Exception:\n", E),
     Mutant("captions as HTML", EXHIBITS, "return html.escape(text, quote=True)", "return text", E),
