@@ -386,6 +386,10 @@ R, D, E = "tests/test_response.py", "tests/test_decoupling.py", "tests/test_exhi
 FAMILIES, L = "floquet/families.py", "tests/test_loci.py"
 responses = (
     Mutant("inputs without the panel's length", "floquet/collocation.py", "h[:, None, None, None] * F]", "F]", R),
+    Mutant("a push moves no rate", "floquet/collocation.py", "out[:, n:, 2 * n :] = rate[..., 2 * n :]",
+           "out[:, n:, 2 * n :] = 0.0", R),
+    Mutant("a push without the panel's length", "floquet/collocation.py", "2 * n :] = h1 * F", "2 * n :] = F", R),
+    Mutant("too few nodes", PASSAGE, "< EPS * math", "< 1e9 * EPS * math", R),
     Mutant("kinks forgotten", PASSAGE, "    if not kinks:\n", "    if True:\n", R),
     Mutant("kinks of the first turn only", PASSAGE, "math.ceil(last / period))", "math.floor(first / period) + 1)", R),
     Mutant("inputs of the last panel only", PASSAGE, "@ gathered[..., k, :, :] + Gamma", "* 0.0 + Gamma", R),
