@@ -1,6 +1,7 @@
 # What a bare machine needs: Python >= 3.11 with pip, and make. Everything else goes into .venv, once.
 #
 #   make validity   run studies/validity.toml, print where the tip-path-plane model stops, draw the four figures
+#   make report1431 every table and figure of NASA TP-1431 into results/tp1431, with a page, index.html (half a minute)
 #   make test       ruff, mypy, pytest
 #   make mutants    break the code on purpose: every break must fail a test
 #   make clean      remove .venv, results and caches
@@ -21,9 +22,10 @@ validity: $(DATABASE)
 	@for kind in $(FIGURES); do $(FLOQUET) plot $(DATABASE) $$kind -o results/$$kind.png || exit; done
 	@$(FLOQUET) validity $(DATABASE)
 
-# Studies that are written already are written again; the database among them is kept if it is finished.
+# Everything is written again, so that nothing of an earlier version is left among it.
 report1431: environment
-	$(FLOQUET) study --all --resume -o results/tp1431
+	rm -rf results/tp1431
+	$(FLOQUET) study --all -o results/tp1431
 
 # Made again when the study, a rotor or the code has changed; what an earlier version left is not mixed with it.
 $(DATABASE): studies/validity.toml $(wildcard data/rotors/*.toml floquet/*.py floquet/*/*.py) | environment

@@ -125,12 +125,16 @@ output_flags = options(
     click.option("--csv", "as_csv", is_flag=True, expose_value=False, callback=_style, help="Comma-separated values."),
 )  # fmt: skip
 knots_flag = click.option("--knots", type=float, help="Speed V in place of --advance-ratio: μ = V/(ΩR), disc level.")
-workers_flag = click.option("--workers", type=int, help="Processes (left out: one for each processor).")
+workers_flag = click.option(
+    "--workers", type=click.IntRange(min=1), help="Processes (left out: one for each processor)."
+)
 table_flag = click.option("--table", default="points", show_default=True, help="points or limits.")
 output_file = click.option("-o", "--output", required=True, help="File to write.")
 
 REPORT = "tp1431"
-"""The numbered studies' folder among the studies, and where they are written."""
+"""The numbered studies' folder among the studies, and in results where they are written."""
+FILES = (".png", ".pdf", ".svg", ".csv", ".md", ".html", ".json", ".h5")
+"""Endings that no folder of numbered studies has."""
 PHYSICS = ("model", "exact_offset", "reversed_flow", "tip_loss", "kinematic_rates")
 
 
@@ -491,14 +495,14 @@ def plot(database: str, kind: str, output: str, rotor: str | None, dpi: float) -
 @click.argument("name", required=False)
 @click.option("--all", "everything", is_flag=True, help="Run every study.")
 @click.option("-o", "--output", help="File or folder to write, see above.")
-@click.option("--resume", is_flag=True, help="Go on with a run that was stopped; keep a finished output.")
+@click.option("--resume", is_flag=True, help="Go on with a database that was stopped; keep a finished one.")
 @workers_flag
 def study(name: str | None, everything: bool, output: str | None, resume: bool, workers: int | None) -> int:
     """List the studies of the package, or run them.
 
     Without a NAME they are listed.  A numbered study (table-1, figure-3, question-2 ...) writes its figure, its table
-    and a page, index.html, into the folder of --output (left out: tp1431); any other study writes a database (left
-    out: NAME.h5).  --all runs every study, into the folder of --output.
+    and a page, index.html, into the folder of --output (left out: results/tp1431); any other study writes a database
+    (left out: NAME.h5).  --all runs every study, into one folder (left out: results/tp1431).
     """
     from floquet import exhibits
     from floquet import study as studies
@@ -506,8 +510,12 @@ def study(name: str | None, everything: bool, output: str | None, resume: bool, 
     databases = {path.stem: path for path in sorted(studies_folder().glob("*.toml"))}
     numbered = exhibits.find(studies_folder() / REPORT)
     known = databases | numbered
+    if name is not None and everything:
+        raise InputError(f"{name} and --all ask for one study and for every study: give one of them")
     if name is not None and name not in known:
-        raise InputError(f"{name!r} is no study{did_you_mean(name, known) or ': there are ' + ', '.join(known)}")
+        sketch = ": figures 1 and 2 of the report are sketches" if name in ("figure-1", "figure-2") else ""
+        near = sketch or did_you_mean(name, known) or ": there are " + ", ".join(known)
+        raise InputError(f"{name!r} is no study{near}")
     if output is not None and name is None and not everything:
         raise InputError("--output goes with the NAME of one study, or with --all")
     if name is None and not everything:
@@ -516,29 +524,40 @@ def study(name: str | None, everything: bool, output: str | None, resume: bool, 
         answer("\n".join(f"{key}: {title}" for key, title in titles.items()))
         return 0
     count = processors() if workers is None else workers
-    chosen = list(known) if name is None else [name]
+    folder = Path(output or Path("results") / REPORT)
+    if name in databases:
+        target = folder / f"{name}.h5" if output and folder.is_dir() else Path(output or f"{name}.h5")
+        return _run(studies.load_study(databases[name]), str(target), resume, count, None)
+    if folder.suffix.lower() in FILES or folder.is_file():
+        raise InputError(f"{folder} is no folder, and numbered studies are written into one: name a folder with -o")
     statuses = [0]
-    if paths := [numbered[key] for key in chosen if key in numbered]:
-        statuses.append(_exhibits(paths, Path(output or REPORT), count))
-    for key in chosen:
-        if key in databases:
-            target = output if output is not None and name is not None else str(Path(output or "") / f"{key}.h5")
-            statuses.append(_run(studies.load_study(databases[key]), target, resume, workers, None))
-    return max(statuses)
+    if everything:
+        folder.mkdir(parents=True, exist_ok=True)
+        statuses += [_run(studies.load_study(path), str(folder / f"{key}.h5"), resume, count, None)
+                     for key, path in databases.items()]  # fmt: skip
+    chosen = list(numbered.values()) if name is None else [numbered[name]]
+    return max(*statuses, _exhibits(chosen, folder, count))
 
 
 def _exhibits(paths: Sequence[Path], folder: Path, workers: int) -> int:
+    import textwrap
+
     from floquet import exhibits, report
 
-    with progress("numbered studies") as done:
-        failed = exhibits.make_all(paths, folder, workers=workers, progress=done)
+    try:
+        with progress("numbered studies") as done:
+            failed = exhibits.make_all(paths, folder, workers=workers, progress=done)
+    except KeyboardInterrupt:
+        say(f"floquet: what is finished is in {folder}, and its page lists it")
+        raise
     for name, reason in failed:
         say(f"floquet: {name}: {reason}")
     if len(paths) == 1 and not failed:
         shown = exhibits.read(folder, paths[0].stem)
-        answer(f"{shown['title']}\n\n{shown['caption']}\n")
+        answer("\n".join([shown["title"], "", *textwrap.wrap(shown["caption"], 100), ""]))
         answer(report.table(("number", "value"), list(shown["numbers"].items())))
-    answer(f"wrote {folder / 'index.html'}: {len(paths) - len(failed)} of {len(paths)} numbered studies")
+    if paths:
+        answer(f"wrote {folder / 'index.html'}: {len(paths) - len(failed)} of {len(paths)} numbered studies")
     return 3 if failed else 0
 
 

@@ -31,7 +31,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from .errors import FloquetWarning, ParameterError, did_you_mean
 from .exponents import Stability, stability
-from .models import PhysicsKeywords, averaged, flapping, teetering, tip_path_plane
+from .models import PhysicsKeywords, averaged, teetering, tip_path_plane
+from .models.flapping import blade
 from .models.physics import advance_ratios
 from .periodic import PeriodicSystem
 from .rotor import Hub, Rotor, Word
@@ -156,7 +157,7 @@ def compare(
             FloquetWarning,
             stacklevel=2,
         )
-    exact = stability((teetering if kind == "teetering" else flapping)(rotor, mu, **options))
+    exact = stability((teetering if kind == "teetering" else blade)(rotor, mu, **options))
     simple = simple_model(rotor, mu, harmonics=harmonics, model=kind, **options)
     orders = mode_orders(harmonics, kind)
     return matched(exact, eigenvalues(simple), orders, differential=differential(simple, rotor, kind))

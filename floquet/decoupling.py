@@ -13,12 +13,12 @@ R = [cos β_w, −sin β_w; sin β_w, cos β_w], flapping and cyclic pitch are x
 (p, q)_wind = Rᵀ (p, q)_body.
 
 :class:`ClosedLoop` holds what a law promises, what the tip-path plane gives with it, and what the periodic equations
-give, which the report did not check.  Rates are p/Ω, q/Ω, angles in radians; all laws take arrays of rotors and μ.
+give, which the report did not check.  Rates are p/Ω, q/Ω, angles in radians; laws take arrays of rotors and μ.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any, NamedTuple, Unpack
 
@@ -26,7 +26,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from .errors import ParameterError
-from .models import FORCING, PhysicsKeywords, flapping, teetering, tip_path_plane
+from .models import FORCING, PhysicsKeywords, teetering, tip_path_plane
+from .models.flapping import blade
 from .models.hover import hover_coefficients
 from .models.physics import advance_ratios
 from .response import tip_path_plane_gains
@@ -48,7 +49,7 @@ FARTHEST = 0.3  # hinge offsets looked at: the truncated integrals mean nothing 
 
 
 class Sensitivities(NamedTuple):
-    """k₀ = ∂a₀/∂δ_C, k₁ = ∂a₁/∂δ_L, k₂ = ∂b₁/∂δ_A [rad per unit of pilot input]."""
+    """k₀ = ∂a₀/∂δ_C, k₁ = ∂a₁/∂δ_L, k₂ = ∂b₁/∂δ_A [rad per unit of pilot input]; laws also take three numbers."""
 
     coning: float = 1.0
     longitudinal: float = 1.0
@@ -61,6 +62,16 @@ class Sensitivities(NamedTuple):
 
 
 UNIT = Sensitivities()
+
+
+def _sensitivities(k: Sequence[float]) -> Sensitivities:
+    """Three numbers as Sensitivities."""
+    try:
+        return Sensitivities(*(float(x) for x in k))
+    except (TypeError, ValueError):
+        raise ParameterError(
+            "k", k, f"{k!r} are no sensitivities: give three numbers, of coning, longitudinal and lateral flapping"
+        ) from None
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -80,14 +91,31 @@ class ClosedLoop:
         Of ``periodic``, or of another field.
         """
         got = self.periodic if model is None else model
-        off, size = np.abs(got - self.promised).max(axis=-2), np.abs(self.promised).max(axis=-2)
-        return np.asarray(off / np.where(size > 0, size, 1.0))
+        return np.asarray(np.abs(got - self.promised).max(axis=-2) / self._promised_size())
+
+    def coupling(self, model: Array | None = None) -> Array:
+        """The largest response that shall be zero, over the one promised to the same input: (..., inputs).
+
+        What a pilot feels as coupling; :meth:`residual` also counts what is wrong with the promised response itself.
+        """
+        got = self.periodic if model is None else model
+        crossing = np.where(self.promised == 0.0, np.abs(got), 0.0)
+        return np.asarray(crossing.max(axis=-2) / self._promised_size())
+
+    def _promised_size(self) -> Array:
+        size = np.abs(self.promised).max(axis=-2)
+        return np.where(size > 0, size, 1.0)
 
 
 # ---------------------------------------------------------------------- axes
 def axes(sideslip: ArrayLike) -> Array:
-    """R (..., 2, 2): wind axes from hub-body axes, for flapping and cyclic pitch."""
-    c, s = np.cos(np.asarray(sideslip, float)), np.sin(np.asarray(sideslip, float))
+    """R (..., 2, 2): wind axes from hub-body axes, for flapping and cyclic pitch; β_w [rad], |β_w| ≤ π."""
+    beta = np.asarray(sideslip)
+    if beta.dtype.kind not in "fiu" or not np.all(np.abs(beta) <= np.pi):
+        raise ParameterError(
+            "sideslip", sideslip, f"{sideslip!r} is no sideslip angle in radians: for degrees use np.radians(…)"
+        )
+    c, s = np.cos(beta), np.sin(beta)
     return np.stack([np.stack([c, -s], axis=-1), np.stack([s, c], axis=-1)], axis=-2)
 
 
@@ -103,7 +131,7 @@ def _turned(matrix: Array) -> Array:
 
 
 # ---------------------------------------------------------------------- controls
-def hover_gearing(rotor: Rotor, k: Sensitivities = UNIT, **options: Unpack[PhysicsKeywords]) -> Array:
+def hover_gearing(rotor: Rotor, k: Sequence[float] = UNIT, **options: Unpack[PhysicsKeywords]) -> Array:
     """Cyclic gearing at hover, eq. (14): rows (A₁, B₁), columns (δ_A, δ_L), (..., 2, 2); for any sideslip.
 
     With c₀ the damping and C = (γ/8)(1 − 4ε/3) the cyclic pitch's power::
@@ -112,7 +140,8 @@ def hover_gearing(rotor: Rotor, k: Sensitivities = UNIT, **options: Unpack[Physi
         ∂B/∂δ_A = ((P² − 1)/C) k₂     ∂B/∂δ_L = −(c₀/C) k₁
     """
     c0, P2 = hover_coefficients(rotor, **options)
-    direct, cross = c0 / _power(rotor, **options), (P2 - 1.0) / _power(rotor, **options)
+    k, power = _sensitivities(k), _power(rotor, **options)
+    direct, cross = c0 / power, (P2 - 1.0) / power
     return _matrix([[direct * k.lateral, cross * k.longitudinal], [cross * k.lateral, -direct * k.longitudinal]])
 
 
@@ -122,9 +151,7 @@ def control_advance_angle(rotor: Rotor, **options: Unpack[PhysicsKeywords]) -> A
     return _plain(np.arctan2(P2 - 1.0, c0))
 
 
-def teetering_gearing(
-    rotor: Rotor, advance_ratio: ArrayLike, k: Sensitivities = UNIT, **options: Unpack[PhysicsKeywords]
-) -> Array:
+def teetering_gearing(rotor: Rotor, advance_ratio: ArrayLike, k: Sequence[float] = UNIT) -> Array:
     """Cyclic gearing of a teetering rotor in forward flight, eq. (16): (..., 2, 2) as in (14).
 
     ::
@@ -133,6 +160,7 @@ def teetering_gearing(
         ∂B/∂δ_A = (8/γ)(P²−1 + 3γK₁μ²/16)/(1 + 3μ²/2) k₂         ∂B/∂δ_L = −(1 − μ²/2)/(1 + 3μ²/2) k₁
     """
     _teetering_only(rotor)
+    k = _sensitivities(k)
     mu2 = advance_ratios(advance_ratio, rotor) ** 2
     gamma, coupling = np.asarray(rotor.lock_number), np.asarray(rotor.lock_number) * rotor.pitch_flap_coupling
     spring = np.asarray(rotor.frequency_ratio_squared) - 1.0
@@ -151,7 +179,7 @@ def teetering_gearing(
 def control_mixing(
     rotor: Rotor,
     advance_ratio: ArrayLike,
-    k: Sensitivities = UNIT,
+    k: Sequence[float] = UNIT,
     *,
     sideslip: ArrayLike = 0.0,
     inflow_gradient: float = 0.0,
@@ -175,7 +203,7 @@ def control_mixing(
     (..., 3, 3)
         K_D = (R₃ᵀ E⁻¹ K̃ R₃) S: rows (θ₀, A₁, B₁), columns (δ_C, δ_A, δ_L); of a teetering rotor (..., 2, 2).
     """
-    plane = tip_path_plane(rotor, advance_ratio, **options)
+    plane, k = tip_path_plane(rotor, advance_ratio, **options), _sensitivities(k)
     assert plane.stiffness is not None and plane.forcing is not None
     E, R = _effectiveness(plane.forcing.mean(), inflow_gradient), axes(sideslip)
     if rotor.hub == Hub.TEETERING:
@@ -187,14 +215,14 @@ def control_mixing(
 def _effectiveness(F: Array, inflow_gradient: float) -> Array:
     """E: the columns of (θ₀, A₁c, B₁c), with Λ = ∂λ/∂θ₀ times the column of λ in the first."""
     E: Array = F[..., CONTROLS].copy()
-    E[..., 0] += inflow_gradient * F[..., INFLOW]
+    E[..., 0] += _number("inflow_gradient", inflow_gradient) * F[..., INFLOW]
     return E
 
 
 def appendix_c_mixing(
     rotor: Rotor,
     advance_ratio: ArrayLike,
-    k: Sensitivities = UNIT,
+    k: Sequence[float] = UNIT,
     *,
     inflow_gradient: float = 0.0,
     **options: Unpack[PhysicsKeywords],
@@ -205,6 +233,7 @@ def appendix_c_mixing(
     [ k₀K₂₁/α₃             k₂K₂₃/α₃             k₁K₂₂/α₃           ],   d = α₁α₅ − α₂α₄
     [ k₀(α₁K₃₁−α₄K₁₁)/d   k₂(α₁K₃₃−α₄K₁₃)/d   k₁(α₁K₃₂−α₄K₁₂)/d ]
     """
+    advance_ratios(advance_ratio, rotor)
     if rotor.hub == Hub.TEETERING:
         raise ParameterError("hub", rotor.hub, "eq. (C4) has coning: use teetering_gearing for a teetering hub")
     plane = tip_path_plane(rotor, advance_ratio, **options)
@@ -212,7 +241,7 @@ def appendix_c_mixing(
     (K11, K12, K13), (K21, K22, K23), (K31, K32, K33) = _entries(plane.stiffness.mean())
     (a1, _, a2), (_, a3, _), (a4, _, a5) = _entries(_effectiveness(plane.forcing.mean(), inflow_gradient))
     d = a1 * a5 - a2 * a4
-    k0, k1, k2 = k
+    k0, k1, k2 = _sensitivities(k)
     return _matrix(
         [
             [k0 * (a5 * K11 - a2 * K31) / d, k2 * (a5 * K13 - a2 * K33) / d, k1 * (a5 * K12 - a2 * K32) / d],
@@ -226,16 +255,28 @@ def mixed_controls(
     rotor: Rotor,
     advance_ratio: ArrayLike,
     mixing: Array,
-    k: Sensitivities = UNIT,
+    k: Sequence[float] = UNIT,
     *,
     sideslip: ArrayLike = 0.0,
     inflow_gradient: float = 0.0,
     **options: Unpack[PhysicsKeywords],
 ) -> ClosedLoop:
-    """What pilot inputs do through ``mixing`` (..., 3, 3), or through cyclic gearing (..., 2, 2), in hub-body axes.
+    """What pilot inputs do through ``mixing``, in hub-body axes.
 
-    Of gearing the outputs are (a₁, b₁) and the inputs (δ_A, δ_L).
+    Parameters
+    ----------
+    rotor, advance_ratio, k, sideslip, inflow_gradient
+        As in :func:`control_mixing`.
+    mixing : (..., 3, 3) or (..., 2, 2)
+        Of :func:`control_mixing`, or a cyclic gearing, whose outputs are (a₁, b₁) and inputs (δ_A, δ_L).
     """
+    mixing, k = np.asarray(mixing, float), _sensitivities(k)
+    if mixing.shape[-2:] not in ((2, 2), (3, 3)):
+        raise ParameterError(
+            "mixing", mixing.shape, f"shape {mixing.shape} is neither a mixing (…, 3, 3) nor a cyclic gearing (…, 2, 2)"
+        )
+    if rotor.hub == Hub.TEETERING and mixing.shape[-1] == 3:
+        raise ParameterError("mixing", mixing.shape, "a teetering rotor has no coning to mix: give gearing (…, 2, 2)")
     R, first = axes(sideslip), 3 - mixing.shape[-1]
     R = R if first else _with_coning(R)
 
@@ -276,7 +317,8 @@ def rate_response(
 def required_spring(rotor: Rotor, **options: Unpack[PhysicsKeywords]) -> Any:
     """P² − 1 = c₀ C/(2(1 + m)), eq. (19): with it, p tilts the plane sideways only and q fore and aft only, at hover.
 
-    For ε = 0 it is γ²/128, eq. (22a).
+    For ε = 0 it is γ²/128, eq. (22a).  It is what all springs add up to [per rev²]; the hinge spring κ that makes it
+    so is :func:`decoupling_spring`.
     """
     c0, _ = hover_coefficients(rotor, **options)
     return _plain(c0 * _power(rotor, **options) / (2.0 * (1.0 + np.asarray(rotor.offset_mass_ratio))))
@@ -326,8 +368,15 @@ def decoupling_offset(
 ) -> float:
     """The smallest hinge offset that meets (19), figure 17; nan where none up to 0.3 does.
 
-    ``mass_ratio`` gives m of an offset: :func:`report_mass_ratio` or :func:`uniform_mass_ratio`.
+    ``mass_ratio`` gives m of an offset: :func:`report_mass_ratio` or :func:`uniform_mass_ratio`.  All parameters are
+    single numbers.
     """
+    given = {"lock_number": lock_number, "pitch_flap_coupling": pitch_flap_coupling, "hinge_stiffness": hinge_stiffness}
+    for name, value in given.items():
+        if np.ndim(value):
+            raise ParameterError(
+                name, value, f"shape {np.shape(value)}: one rotor at a time, so call it for each value"
+            )
 
     def excess(offset: Array) -> Array:
         rotor = Rotor(
@@ -340,7 +389,7 @@ def decoupling_offset(
         _, P2 = hover_coefficients(rotor, **options)
         return np.asarray(P2 - 1.0 - required_spring(rotor, **options))
 
-    if excess(np.zeros(1))[0] == 0.0:
+    if abs(excess(np.zeros(1))[0]) <= 1e-14:  # met without offset, to rounding of numbers of 1
         return 0.0
     found = sign_changes(excess, 0.0, FARTHEST)
     return found[0] if found else float("nan")
@@ -356,6 +405,7 @@ def hover_rate_feedback(rotor: Rotor, k_3: float, **options: Unpack[PhysicsKeywo
     """
     c0, P2 = hover_coefficients(rotor, **options)
     C, inertia = _power(rotor, **options), 2.0 * (1.0 + np.asarray(rotor.offset_mass_ratio))
+    k_3 = _number("k_3", k_3)
     direct, cross = (k_3 * c0 - inertia) / C, k_3 * (P2 - 1.0) / C - 1.0
     return _matrix([[-direct, -cross], [-cross, direct]])
 
@@ -370,7 +420,7 @@ def rate_feedback(
 ) -> Array:
     """K_f of eqs. (26), (27) at any advance ratio, in hub-body axes, (..., 2, 2): Rᵀ K_f Rᵀ; at hover it is (28)."""
     plane = tip_path_plane_gains(tip_path_plane(rotor, advance_ratio, **options))
-    wanted = -k_3 * np.array([[0.0, 1.0], [1.0, 0.0]])
+    wanted = -_number("k_3", k_3) * np.array([[0.0, 1.0], [1.0, 0.0]])
     K = np.linalg.solve(plane[..., 1:, CONTROLS[1:]], wanted - plane[..., 1:, RATES])
     R = _turned(axes(sideslip))
     return np.asarray(R @ K @ R)
@@ -379,14 +429,29 @@ def rate_feedback(
 def rates_fed_back(
     rotor: Rotor,
     advance_ratio: ArrayLike,
-    feedback: Array,
     promised: ArrayLike,
+    feedback: ArrayLike = ((0.0, 0.0), (0.0, 0.0)),
     *,
     sideslip: ArrayLike = 0.0,
     **options: Unpack[PhysicsKeywords],
 ) -> ClosedLoop:
-    """What body rates do to (a₁, b₁) with ``feedback`` (..., 2, 2) to cyclic pitch, against a promise; body axes."""
-    R = axes(sideslip)
+    """What body rates do to (a₁, b₁), in hub-body axes, against what a law promises.
+
+    Parameters
+    ----------
+    rotor, advance_ratio, sideslip
+        As in :func:`control_mixing`.
+    promised : (..., 2, 2)
+        Rows (a₁, b₁), columns (p/Ω, q/Ω): ``[[0, r], [r, 0]]`` with r of :func:`decoupled_rate_response` for a rotor
+        that meets (19), with r = −k₃ for feedback.
+    feedback : (..., 2, 2)
+        Of :func:`rate_feedback`; left out, there is none.
+    """
+    R, feedback = axes(sideslip), np.asarray(feedback, float)
+    if feedback.shape[-2:] != (2, 2):
+        raise ParameterError("feedback", feedback.shape, f"shape {feedback.shape} is no feedback (…, 2, 2)")
+    if np.shape(promised)[-2:] != (2, 2):
+        raise ParameterError("promised", np.shape(promised), f"shape {np.shape(promised)} is no promise (…, 2, 2)")
 
     def closed(gains: Array) -> Array:
         direct = _turned(R) @ gains[..., 1:, RATES] @ _turned(R)
@@ -399,21 +464,31 @@ def rates_fed_back(
 # ---------------------------------------------------------------------- shared
 def _gains(rotor: Rotor, advance_ratio: ArrayLike, **options: Unpack[PhysicsKeywords]) -> tuple[Array, Array]:
     """Gains of (a₀, a₁, b₁) of the tip-path plane and of the periodic equations."""
-    exact = teetering if rotor.hub == Hub.TEETERING else flapping
-    return (
-        tip_path_plane_gains(tip_path_plane(rotor, advance_ratio, **options)),
-        tip_path_plane_gains(exact(rotor, advance_ratio, **options)),
-    )
+    plane = tip_path_plane(rotor, advance_ratio, **options)
+    exact = teetering if rotor.hub == Hub.TEETERING else blade
+    return tip_path_plane_gains(plane), tip_path_plane_gains(exact(rotor, advance_ratio, **options))
 
 
 def _power(rotor: Rotor, **options: Unpack[PhysicsKeywords]) -> Array:
     """C = (γ/2)(1/4 − ε/3): the moment of unit pitch at hover."""
-    forcing = flapping(rotor, 0.0, **options).forcing
+    forcing = blade(rotor, 0.0, **options).forcing
     assert forcing is not None
     return np.asarray(forcing.mean()[..., 0, FORCING.index("theta_0")])
 
 
+def _number(name: str, value: float) -> float:
+    """One finite number."""
+    array = np.asarray(value)
+    if array.ndim or array.dtype.kind not in "fiu" or not np.isfinite(array):
+        raise ParameterError(name, value, f"{value!r} is no finite number")
+    return float(array)
+
+
 def _teetering_only(rotor: Rotor) -> None:
+    """Eq. (16) knows no damper and no root cutout."""
+    for name in ("flap_damping", "root_cutout"):
+        if np.any(np.asarray(getattr(rotor, name)) != 0.0):
+            raise ParameterError(name, getattr(rotor, name), "eq. (16) is for a rotor without it: use control_mixing")
     if rotor.hub != Hub.TEETERING:
         raise ParameterError(
             "hub", rotor.hub, "eq. (16) is for a teetering hub: use control_mixing, or hover_gearing at hover"

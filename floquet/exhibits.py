@@ -9,7 +9,8 @@ title and whose ``exhibit()`` returns an :class:`Exhibit`; what several share st
     NAME.json               title, caption, equations and numbers
     index.html              all exhibits of the folder in order
 
-Tables and figures carry the numbers of NASA TP-1431; questions are asked here.  The same study makes the same bytes.
+Tables and figures carry the numbers of NASA TP-1431; questions are asked here.  On one
+machine the same study makes the same bytes.
 """
 
 from __future__ import annotations
@@ -37,6 +38,7 @@ __all__ = ["Exhibit", "find", "load", "make", "make_all", "module", "read", "tit
 
 NAME = re.compile(r"(table|figure|question)-(\d+)")
 KINDS = ("table", "figure", "question")
+KEYS = {"title", "caption", "equations", "numbers", "text", "figure", "rows"}
 DPI = 200.0
 LONG = 14  # rows of a table from which the page shows it on request
 
@@ -57,6 +59,8 @@ class Exhibit:
         Names → values, a record a row; complex numbers take two columns of the CSV file.
     numbers : name → number
         What a reader takes home; a test holds each against another source.
+    text : str
+        Lines of fixed width, such as matrices in letters.
     figure : matplotlib.figure.Figure
         None where a table says it all.
     """
@@ -66,6 +70,7 @@ class Exhibit:
     equations: tuple[str, ...] = ()
     table: Sequence[Mapping[str, Any]] = ()
     numbers: Mapping[str, float] = field(default_factory=dict)
+    text: str = ""
     figure: Any = None
 
 
@@ -84,7 +89,10 @@ def _place(name: str) -> tuple[int, int]:
 
 def title(path: Path) -> str:
     """The first line of a study's docstring, without running it."""
-    text = ast.get_docstring(ast.parse(path.read_text(encoding="utf-8"))) or path.stem
+    try:
+        text = ast.get_docstring(ast.parse(path.read_text(encoding="utf-8"))) or path.stem
+    except (SyntaxError, ValueError) as error:
+        return f"it cannot be read: {error}"
     return text.splitlines()[0].rstrip(".")
 
 
@@ -128,12 +136,14 @@ def make(path: Path, folder: Path) -> Exhibit:
         write_figure(shown.figure, folder / f"{name}.png", DPI)
     if shown.table:
         _write(folder / f"{name}.csv", report.as_csv(shown.table))
-        _write(folder / f"{name}.md", f"# {_numbered(name, shown.title)}\n\n{report.markdown(shown.table)}\n")
+        parts = [f"# {_numbered(name, shown.title)}", *([f"```\n{shown.text}\n```"] if shown.text else [])]
+        _write(folder / f"{name}.md", "\n\n".join([*parts, report.markdown(shown.table)]))
     about = {
         "title": _numbered(name, shown.title),
         "caption": shown.caption,
         "equations": shown.equations,
         "numbers": shown.numbers,
+        "text": shown.text,
         "figure": shown.figure is not None,
         "rows": len(shown.table),
     }
@@ -157,20 +167,24 @@ def make_all(
     failed: list[tuple[str, str]] = []
 
     def settle(done: int, path: Path, error: BaseException | None) -> None:
+        if isinstance(error, StorageError):
+            raise error
         if error is not None:
             failed.append((path.stem, str(error) if isinstance(error, FloquetError) else repr(error)))
         if progress is not None:
             progress(done, len(paths))
 
-    if workers <= 1 or len(paths) < 2:
-        for done, path in enumerate(paths, 1):
-            settle(done, path, _tried(path, folder))
-    else:
-        with processes(min(workers, len(paths))) as workforce:
-            asked = {workforce.submit(_tried, path, folder): path for path in reversed(paths)}  # questions take longest
-            for done, future in enumerate(as_completed(asked), 1):
-                settle(done, asked[future], future.exception() or future.result())
-    write_index(folder)
+    try:
+        if workers <= 1 or len(paths) < 2:
+            for done, path in enumerate(paths, 1):
+                settle(done, path, _tried(path, folder))
+        else:
+            with processes(min(workers, len(paths))) as workforce:
+                asked = {workforce.submit(_tried, path, folder): path for path in reversed(paths)}  # the longest first
+                for done, future in enumerate(as_completed(asked), 1):
+                    settle(done, asked[future], future.exception() or future.result())
+    finally:  # also of a run that is interrupted
+        write_index(folder)
     return sorted(failed, key=lambda one: _place(one[0]))
 
 
@@ -178,8 +192,6 @@ def _tried(path: Path, folder: Path) -> Exception | None:
     """What went wrong in making a study; a full disk ends the run."""
     try:
         make(path, folder)
-    except StorageError:
-        raise
     except Exception as error:  # one study's fault must not cost the others
         return error if isinstance(error, FloquetError) else InputError(f"{type(error).__name__}: {error}")
     return None
@@ -200,7 +212,8 @@ def _write(path: Path, text: str) -> None:
 # ---------------------------------------------------------------------- the page
 STYLE = """\
 body { font: 16px/1.5 system-ui, sans-serif; color: #222; max-width: 62rem; margin: 2rem auto; padding: 0 1rem; }
-h1 { line-height: 1.2; } h2 { margin-top: 4rem; border-top: 1px solid #ccc; padding-top: 1rem; font-size: 1.2rem; }
+pre { font-size: .8rem; line-height: 1.35; } h1 { line-height: 1.2; }
+h2 { margin-top: 4rem; border-top: 1px solid #ccc; padding-top: 1rem; font-size: 1.2rem; }
 nav { columns: 2; font-size: .9rem; } nav a { display: block; break-inside: avoid; color: inherit; }
 figure { margin: 1rem 0; } img { max-width: 100%; height: auto; }
 table { border-collapse: collapse; font-size: .85rem; } td, th { padding: .15rem .6rem; border-bottom: 1px solid #ddd; }
@@ -208,20 +221,25 @@ td { white-space: nowrap; } td.number { text-align: right; font-variant-numeric:
 th { text-align: left; vertical-align: bottom; } .wide { overflow-x: auto; }
 .small { font-size: .85rem; color: #555; }"""
 INTRODUCTION = """\
-Every table and figure of R. T. N. Chen, <em>Effects of Primary Rotor Parameters on Flapping Dynamics</em>, NASA TP-1431
+Tables and figures of R. T. N. Chen, <em>Effects of Primary Rotor Parameters on Flapping Dynamics</em>, NASA TP-1431
 (1979), computed anew, with the exact Floquet exponents beside the tip-path plane where the original could not show
-them, and the questions the report left open. The scan keeps captions but not the plots, so families of parameters are
-chosen here, as each caption says. Rates are per rev, in units of the rotor speed Ω."""
+them, and questions the report left open. The copy at hand was a text without the plots: families of parameters are
+chosen here, as each caption says, and no curve has been compared with a printed one. Figures 1 and 2 are sketches.
+Rates are per rev, in units of the rotor speed Ω. Errata of the report, its equations by number and the answer to its
+question are in docs/errata-tp1431.md, docs/equation-map.md and docs/validity.md of the source."""
 
 
 def write_index(folder: Path) -> Path:
     """Write the page of all exhibits that a folder holds."""
-    found = {
-        path.stem: json.loads(path.read_text("utf-8")) for path in folder.glob("*.json") if NAME.fullmatch(path.stem)
-    }
-    names = sorted(found, key=_place)
-    links = "\n".join(f'<a href="#{name}">{_escaped(found[name]["title"])}</a>' for name in names)
-    parts = "\n".join(_section(folder, name, found[name]) for name in names)
+    found: dict[str, dict[str, Any]] = {}
+    lost: list[str] = []
+    for name in sorted((path.stem for path in folder.glob("*.json") if NAME.fullmatch(path.stem)), key=_place):
+        try:
+            found[name] = read(folder, name)
+        except InputError as error:
+            lost.append(f'<p class="small">{_escaped(str(error))}</p>')
+    links = "\n".join(f'<a href="#{name}">{_escaped(about["title"])}</a>' for name, about in found.items())
+    parts = "\n".join([*lost, *(_section(folder, name, about) for name, about in found.items())])
     page = (
         '<!DOCTYPE html>\n<html lang="en">\n<head>\n<meta charset="utf-8">\n'
         '<meta name="viewport" content="width=device-width, initial-scale=1">\n'
@@ -236,7 +254,13 @@ def write_index(folder: Path) -> Path:
 
 def read(folder: Path, name: str) -> dict[str, Any]:
     """What stands in a folder about an exhibit: title, caption, equations, numbers."""
-    about: dict[str, Any] = json.loads((folder / f"{name}.json").read_text("utf-8"))
+    path = folder / f"{name}.json"
+    try:
+        about: dict[str, Any] = json.loads(path.read_text("utf-8"))
+    except (OSError, ValueError):
+        about = {}
+    if not KEYS <= set(about) or (about["rows"] and not (folder / f"{name}.md").is_file()):
+        raise InputError(f"{path} is damaged or stands alone: make it again with floquet study {name}")
     return about
 
 
@@ -246,6 +270,8 @@ def _section(folder: Path, name: str, about: Mapping[str, Any]) -> str:
     if about["figure"]:
         lines.append(f'<figure><img src="{name}.png" alt="{_escaped(about["title"])}" loading="lazy"></figure>')
     lines.append(f"<p>{_escaped(about['caption'])}</p>")
+    if about["text"]:
+        lines.append(f'<pre class="wide">{_escaped(about["text"])}</pre>')
     if about["equations"]:
         numbers = ", ".join(f"({_escaped(one)})" for one in about["equations"])
         lines.append(f'<p class="small">Equations {numbers} of the report.</p>')

@@ -75,7 +75,8 @@ def modes(system: PeriodicSystem) -> Modes:
     twist = np.ones(n) if system.twist is None else system.twist
     span = T if system.twist is None else 2.0 * T
     psi = np.linspace(0.0, span, STEPS + 1)
-    states = passage(system, psi).fundamental()
+    found_maps = passage(system, psi)
+    states = found_maps.at_outputs(found_maps.fundamental())
     half = STEPS if system.twist is None else STEPS // 2
     values, V = np.linalg.eig((twist[:, None] * states[half]).astype(complex))
     found = stability(system)

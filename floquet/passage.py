@@ -1,10 +1,11 @@
-"""Maps of state and inputs between given azimuths.
+"""Maps of state and inputs from panel to panel between given azimuths.
 
-Over a step from ψ_k to ψ_(k+1) the system ``x' = A(ψ) x + F(ψ) u`` with constant u moves the state by::
+Over a panel from ψ_k to ψ_(k+1) the system ``x' = A(ψ) x + F(ψ) u`` with constant u moves the state by::
 
     x_(k+1) = Φ_k x_k + Γ_k u
 
-Steps are cut where coefficients have kinks and into panels short enough for Gauss collocation to be exact to rounding.
+Panels end at the azimuths asked for, where coefficients have kinks, and where else it takes for Gauss collocation to be
+exact to rounding.
 """
 
 from __future__ import annotations
@@ -18,7 +19,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .collocation import Rule, first_order_panel, gauss_rule, second_order_panel
-from .period_map import EPS
+from .errors import ParameterError
+from .period_map import EPS, ROUNDING
 from .periodic import PeriodicMatrix, PeriodicSystem
 
 __all__ = ["Passage", "passage"]
@@ -27,19 +29,30 @@ Array = NDArray[np.float64]
 DOUBLES = 2**22  # of the systems of equations that are solved at once: 32 MB
 PHASE = 1.0  # the longest panel times the largest frequency
 RULES = ((5, 4), (7, 5), (10, 7), (16, 12))  # nodes of a panel and of the coarser rule beside it
+MOST = 10**7  # panels
 
 
 @dataclass(frozen=True, eq=False)
 class Passage:
-    """Steps Φ (..., steps, n, n) and Γ (..., steps, n, m) between ``azimuths`` (steps+1,), from ``panels`` panels."""
+    """The maps of all panels.
 
-    azimuths: Array
+    Attributes
+    ----------
+    transitions, inputs : (..., panels, n, n), (..., panels, n, m)
+        Φ and Γ.
+    outputs : int (..., azimuths)
+        Which panel end each azimuth asked for is.
+    """
+
     transitions: Array
     inputs: Array
-    panels: int
+    outputs: NDArray[np.intp]
 
     def states(self, start: Array, u: Array | None = None) -> Array:
-        """States (..., steps+1, n, k) from ``start`` (..., n, k) under inputs ``u`` (..., m, k); each alone if None."""
+        """States at all panel ends (..., panels+1, n, k) from ``start`` (..., n, k) under ``u`` (..., m, k).
+
+        Without ``u`` every input is 1 in a column of its own, k = m.
+        """
         pushes = self.inputs if u is None else self.inputs @ u[..., None, :, :]
         shape = np.broadcast_shapes(start.shape[:-2], self.transitions.shape[:-3], pushes.shape[:-3])
         x = np.broadcast_to(start, (*shape, *start.shape[-2:]))
@@ -50,29 +63,61 @@ class Passage:
         return np.stack(out, axis=-3)
 
     def fundamental(self) -> Array:
-        """Φ(ψ_k, ψ_0) (..., steps+1, n, n)."""
+        """Φ(ψ_k, ψ_0) at all panel ends, (..., panels+1, n, n)."""
         n = self.transitions.shape[-1]
         return self.states(np.eye(n), np.zeros((self.inputs.shape[-1], n)))
 
+    def at_outputs(self, values: Array) -> Array:
+        """Of values (..., panels+1, n, k) at all panel ends those at the azimuths asked for."""
+        index = np.broadcast_to(self.outputs, (*values.shape[:-3], self.outputs.shape[-1]))
+        return np.take_along_axis(values, index[..., None, None], axis=-3)
 
-def passage(system: PeriodicSystem, azimuths: Array, *, forced: bool = False, coarse: bool = False) -> Passage:
-    """Maps of ``system`` between ascending ``azimuths`` (steps+1,).
+    def rounding(self, x: Array, start: Array | None = None) -> tuple[Array, Array]:
+        """Bound (..., panels+1, k) of what rounding has done to states ``x`` of :meth:`states`, and E at the end.
 
-    Without ``forced`` there are no inputs: m = 0.  ``coarse`` takes a rule of fewer nodes: the difference from it is
-    the error of the worse of the two.
+        Each panel adds an error δ_j of ROUNDING eps of what it moves.  With E_l = Σ_j δ_j² Φ(ψ_l, ψ_j) Φ(ψ_l, ψ_j)ᵀ the
+        sum of the l errors added before ψ_l, wherever each points, is √l √tr E_l at most (Cauchy and Schwarz).
+        ``start`` (..., k, n, n) is E of a start that is itself wrong by the errors of as many panels.
+        """
+        sizes = np.sqrt(np.sum(x * x, axis=-2))
+        stretch = np.sqrt(np.sum(self.transitions**2, axis=(-2, -1)))[..., None]
+        added = ROUNDING * EPS * (2.0 * stretch * sizes[..., :-1, :] + sizes[..., 1:, :])
+        eye, panels = np.eye(self.transitions.shape[-1]), self.transitions.shape[-3]
+        E = np.zeros((*sizes.shape[:-2], sizes.shape[-1], *eye.shape)) if start is None else start
+        count = 0.0 if start is None else panels + 1.0
+        out = [np.sqrt(count * np.trace(E, axis1=-2, axis2=-1))]
+        for k in range(panels):
+            Phi = self.transitions[..., k, None, :, :]
+            E = Phi @ E @ np.swapaxes(Phi, -1, -2) + added[..., k, :, None, None] ** 2 * eye
+            out.append(np.sqrt((count + k + 1.0) * np.trace(E, axis1=-2, axis2=-1)))
+        return np.stack(out, axis=-2), E
+
+
+def passage(
+    system: PeriodicSystem, azimuths: Array, *, forcing: PeriodicMatrix | None = None, coarse: bool = False
+) -> Passage:
+    """Maps of ``system`` between ascending ``azimuths`` (k,).
+
+    Without ``forcing``, F, there are no inputs: m = 0.  ``coarse`` takes a rule of fewer nodes: the difference from it
+    is the truncation error of the worse of the two.
     """
-    forcing = system.forcing if forced else None
     cases = system.cases if forcing is None else np.broadcast_shapes(system.cases, forcing.cases)
-    size = float(np.max(_largest(system, forcing), initial=1.0))
+    size = _largest(system, forcing)
     points = _panel_ends(system, forcing, azimuths, size)
     centre, half = 0.5 * (points[..., 1:] + points[..., :-1]), 0.5 * np.diff(points, axis=-1)
-    rule = gauss_rule(_nodes(size * float(half.max()))[coarse])
+    fine, less = RULES[-1] if system.function is not None else _nodes(size * float(half.max()))
+    rule = gauss_rule(less if coarse else fine)
     psi = centre[..., None] + half[..., None] * rule.nodes  # (cases or none, panels, p)
     parts = [_sampled(part, psi, cases) for part in _parts(system, forcing)]
     h = np.broadcast_to(half, (*cases, half.shape[-1])).reshape(-1)
     maps = _mapped(system.second_order, parts, h, rule).reshape(*cases, psi.shape[-2], system.states, -1)
-    Phi, Gamma = _joined(maps[..., : system.states], maps[..., system.states :], points, azimuths)
-    return Passage(azimuths, Phi, Gamma, psi.shape[-2])
+    outputs = (
+        np.sum(points[..., None, :] < azimuths[:, None], axis=-1)
+        if points.ndim > 1
+        else np.searchsorted(points, azimuths)
+    )
+    n = system.states
+    return Passage(maps[..., :n], maps[..., n:], outputs)
 
 
 def _nodes(phase: float) -> tuple[int, int]:
@@ -118,8 +163,12 @@ def _mapped(second_order: bool, parts: Sequence[Array | None], h: Array, rule: R
 
 def _panel_ends(system: PeriodicSystem, forcing: PeriodicMatrix | None, azimuths: Array, size: float) -> Array:
     """Azimuths, kinks between them and further points, ascending, (..., panels+1)."""
-    parts = np.maximum(np.ceil(np.diff(azimuths) * size / PHASE), 1).astype(int)
-    steps = [np.linspace(a, b, k, endpoint=False) for (a, b), k in zip(pairwise(azimuths), parts, strict=True)]
+    parts = np.maximum(np.ceil(np.diff(azimuths) * size / PHASE), 1)
+    if parts.sum() > MOST:
+        raise ParameterError(
+            "azimuths", azimuths[-1], f"from {azimuths[0]:g} to {azimuths[-1]:g} it takes more than {MOST:g} panels"
+        )
+    steps = [np.linspace(a, b, int(k), endpoint=False) for (a, b), k in zip(pairwise(azimuths), parts, strict=True)]
     ends = np.concatenate([*steps, azimuths[-1:]])
     kinks = [k for k in _kinks(system, forcing, azimuths[0], azimuths[-1]) if k.size]
     if not kinks:
@@ -130,17 +179,17 @@ def _panel_ends(system: PeriodicSystem, forcing: PeriodicMatrix | None, azimuths
     )
 
 
-def _largest(system: PeriodicSystem, forcing: PeriodicMatrix | None) -> Array:
-    """A frequency that neither motion nor coefficients exceed."""
+def _largest(system: PeriodicSystem, forcing: PeriodicMatrix | None) -> float:
+    """A frequency that neither motion nor trigonometric coefficients exceed; of a function, that of A alone."""
     parts = [p for p in (system.damping, system.stiffness, system.matrix, forcing) if p is not None]
-    sizes = [np.array(2.0 * math.pi / part.period * part.order) for part in parts]
-    sizes += [p.bound().sum(axis=-1).max(axis=-1) for p in (system.damping, system.matrix) if p is not None]
+    sizes = [1.0, *(2.0 * math.pi / part.period * part.order for part in parts)]
+    sizes += [float(p.bound().sum(axis=-1).max()) for p in (system.damping, system.matrix) if p is not None]
     if system.stiffness is not None:
-        sizes.append(np.sqrt(system.stiffness.bound().sum(axis=-1).max(axis=-1)))
+        sizes.append(math.sqrt(system.stiffness.bound().sum(axis=-1).max()))
     if system.function is not None:
         psi = np.linspace(0.0, 1.0, 64, endpoint=False) * system.period
-        sizes.append(np.abs(system.sample(psi)).sum(axis=-1).max(axis=(-1, -2)))
-    return np.concatenate([np.ravel(s) for s in sizes])
+        sizes.append(float(np.abs(system.sample(psi)).sum(axis=-1).max()))
+    return max(sizes)
 
 
 def _kinks(system: PeriodicSystem, forcing: PeriodicMatrix | None, first: float, last: float) -> list[Array]:
@@ -158,24 +207,3 @@ def _kinks(system: PeriodicSystem, forcing: PeriodicMatrix | None, first: float,
         tiled = edge[..., None, :] + turns[:, None]
         out.append(np.clip(tiled.reshape(*tiled.shape[:-2], -1), first, last))
     return out
-
-
-def _joined(Phi: Array, Gamma: Array, points: Array, azimuths: Array) -> tuple[Array, Array]:
-    """The panels between two azimuths as one step."""
-    cases = Phi.shape[:-3]
-    points = np.broadcast_to(points, (*cases, points.shape[-1]))
-    begins = np.stack(
-        [np.sum(points < a, axis=-1) for a in azimuths[:-1]] + [np.full(cases, points.shape[-1] - 1)], axis=-1
-    )
-    steps = [range(int(begins[..., k].min()), int(begins[..., k + 1].max())) for k in range(len(azimuths) - 1)]
-    n = Phi.shape[-1]
-    out, gathered = np.zeros((*cases, len(steps), n, n)), np.zeros((*cases, len(steps), n, Gamma.shape[-1]))
-    out[...] = np.eye(n)
-    for k, step in enumerate(steps):
-        for j in step:
-            mine = ((j >= begins[..., k]) & (j < begins[..., k + 1]))[..., None, None]
-            gathered[..., k, :, :] = np.where(
-                mine, Phi[..., j, :, :] @ gathered[..., k, :, :] + Gamma[..., j, :, :], gathered[..., k, :, :]
-            )
-            out[..., k, :, :] = np.where(mine, Phi[..., j, :, :] @ out[..., k, :, :], out[..., k, :, :])
-    return out, gathered

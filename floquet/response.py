@@ -26,8 +26,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from .errors import FloquetWarning, ParameterError
 from .models import input_vector
-from .passage import passage
-from .period_map import EPS, ROUNDING
+from .passage import Passage, passage
+from .period_map import EPS
 from .periodic import PeriodicMatrix, PeriodicSystem
 
 __all__ = [
@@ -38,7 +38,7 @@ __all__ = [
 Array = NDArray[np.float64]
 Inputs = Mapping[str, ArrayLike]
 RESONANT = 1e-13  # least singular value of I − Φ, relative to Φ, below which no digit of a response is left
-SAMPLES = 64  # azimuths of a revolution: harmonics up to 31; those of a blade are at rounding from the twentieth on
+SAMPLES, HARMONICS = 128, 32  # of a revolution; harmonics of a blade are at rounding from the twentieth on
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -48,16 +48,17 @@ class PeriodicResponse:
     Attributes
     ----------
     coordinates : tuple of str
-    azimuths : float (64,)
-    values, rates : float (..., 64, n)
-        Of the coordinates [rad] and their derivatives [rad per rad of azimuth].
+    azimuths : float (k,)
+        128, or more for rotors of many blades.
+    values, rates : float (..., k, n)
+        Of the coordinates [rad] and their derivatives [rad per rad of azimuth]; rates of a first-order system are nan.
     harmonics : complex (..., 32, n)
         c_h with q(ψ) = Σ_h Re c_h e^{ihψ}: the cosine's coefficient is Re c_h, the sine's −Im c_h.
     error : float (...)
         Bound of the error of the values.
     harmonic_error : float (...)
-        Bound of the error of the harmonics: that of the values, and what lies beyond the last harmonic (with reversed
-        flow harmonics fall off slowly).
+        Bound of the error of the harmonics: that of the values, and the size of the harmonics 32 to k/2 (with reversed
+        flow they fall off slowly), beside which what lies beyond is small.
     """
 
     coordinates: tuple[str, ...]
@@ -94,19 +95,25 @@ class StepResponse:
 def steady_gains(system: PeriodicSystem) -> Array:
     """K⁻¹F (..., n, inputs) of a constant model: its steady state per unit of each input, eq. (12)."""
     _, K, F = _constant(system)
-    if np.any(np.linalg.cond(K) > 1.0 / EPS):
-        raise ParameterError(
-            "stiffness", system.name, "the model diverges: its stiffness is singular, nothing is steady"
+    singular = (np.linalg.cond(K) > 1.0 / EPS)[..., None, None]
+    if np.any(singular) or np.any(np.linalg.eigvals(system.sample(np.zeros(1))).real > 1e-9):
+        warnings.warn(
+            f"{system.name or 'the model'} is unstable: motion grows away from its steady state, and there is none "
+            "where the stiffness is singular",
+            FloquetWarning,
+            stacklevel=3,
         )
-    return np.asarray(np.linalg.solve(K, F))
+    return np.where(singular, np.nan, np.linalg.solve(np.where(singular, np.eye(K.shape[-1]), K), F))
 
 
 def steady_state(system: PeriodicSystem, inputs: Inputs) -> Array:
-    """The steady state (..., n) of a constant model, eq. (12), such as ``tip_path_plane(rotor, advance_ratio)``.
+    """The steady state (..., n) [rad] of a constant model, eq. (12), such as ``tip_path_plane(rotor, advance_ratio)``.
 
-    Of a periodic one, whose steady state is no constant, take :func:`periodic_response`.
+    Of a periodic one, whose steady state is no constant, take :func:`periodic_response`.  Where the model is unstable
+    a warning says so; where its stiffness is singular the state is nan.
     """
-    return np.asarray((steady_gains(system) @ _vector(system, inputs)[..., None])[..., 0])
+    u = _vector(_checked(system), inputs)
+    return np.asarray((steady_gains(system) @ u[..., None])[..., 0])
 
 
 def reduced_order(system: PeriodicSystem) -> PeriodicSystem:
@@ -127,7 +134,7 @@ def reduced_order(system: PeriodicSystem) -> PeriodicSystem:
 
 def _constant(system: PeriodicSystem) -> tuple[Array, Array, Array]:
     """D, K and F of a constant second-order model."""
-    if not system.constant or system.damping is None or system.stiffness is None or system.forcing is None:
+    if not _checked(system).constant or system.damping is None or system.stiffness is None or system.forcing is None:
         raise ParameterError(
             "system",
             system.name,
@@ -152,21 +159,20 @@ def periodic_response(system: PeriodicSystem, inputs: Inputs) -> PeriodicRespons
     Where the rotor is unstable the response exists, but the motion grows away from it: a warning says so.  Where an
     exponent is zero no response repeats: it is nan, its error inf.
     """
-    X, error = _periodic_states(system)
-    u = _vector(system, inputs)
+    u = _vector(_checked(system), inputs)
+    psi, X, error = _periodic_states(system)
     x = (X @ u[..., None, :, None])[..., 0]
     n = system.degrees
-    harmonics = _harmonics(x[..., :n])
+    harmonics, beyond = _harmonics(x[..., :n])
     bound = np.sum(error * np.abs(u), axis=-1)
-    beyond = SAMPLES / 2 * np.abs(harmonics[..., -4:, :]).max(axis=(-2, -1))
     return PeriodicResponse(
         coordinates=system.coordinates,
-        azimuths=_revolution(system)[:-1],
+        azimuths=psi,
         values=x[..., :n],
         rates=x[..., n:] if system.second_order else np.full_like(x, np.nan),
         harmonics=harmonics,
         error=_plain(np.where(np.isnan(bound), np.inf, bound)),
-        harmonic_error=_plain(np.where(np.isnan(bound), np.inf, bound + beyond)),
+        harmonic_error=_plain(np.where(np.isnan(bound), np.inf, bound + beyond.max(axis=-1))),
     )
 
 
@@ -176,11 +182,11 @@ def tip_path_plane_gains(system: PeriodicSystem) -> Array:
     Of a periodic model these are the harmonics of its exact response; of the tip-path plane they are K̃⁻¹F̃, with a₀ = 0
     for a teetering rotor.
     """
-    if system.constant:
+    if _checked(system).constant:
         return _plane(steady_gains(system)[..., None, :] + 0j, system.coordinates)
-    X, _ = _periodic_states(system)
+    _, X, _ = _periodic_states(system)
     states = np.moveaxis(X[..., : system.degrees, :], -1, 0)
-    return _plane(np.moveaxis(np.moveaxis(_harmonics(states), 0, -1), -3, -2), system.coordinates)
+    return _plane(np.moveaxis(np.moveaxis(_harmonics(states)[0], 0, -1), -3, -2), system.coordinates)
 
 
 def _plane(harmonics: NDArray[Any], coordinates: tuple[str, ...]) -> Array:
@@ -196,61 +202,75 @@ def _plane(harmonics: NDArray[Any], coordinates: tuple[str, ...]) -> Array:
     return np.asarray(np.stack([rows.get(name, np.zeros_like(rows[names[1]])) for name in names], axis=-2))
 
 
-def _revolution(system: PeriodicSystem) -> Array:
-    """Azimuths over the longest period of the parts, both ends."""
-    parts = (system.damping, system.stiffness, system.matrix, system.forcing)
-    periods = [part.period for part in parts if part is not None] + [system.period] * (system.function is not None)
+def _revolution(system: PeriodicSystem, forcing: PeriodicMatrix) -> Array:
+    """Azimuths over the longest period of the parts, both ends: 128, or four to the highest harmonic of a part."""
+    parts = [p for p in (system.damping, system.stiffness, system.matrix, forcing) if p is not None]
+    periods = [part.period for part in parts] + [system.period] * (system.function is not None)
     longest = max(periods)
     if any(abs(longest / period - round(longest / period)) > 1e-9 for period in periods):
         raise ParameterError(
             "period", periods, f"parts with the periods {', '.join(f'{p:g}' for p in periods)} do not repeat together"
         )
-    return np.linspace(0.0, longest, SAMPLES + 1)
+    highest = max(part.order * longest / part.period for part in parts)
+    samples = max(SAMPLES, 2 ** math.ceil(math.log2(4.0 * max(highest, 1.0))))
+    return np.linspace(0.0, longest, samples + 1)
 
 
-def _harmonics(values: Array) -> NDArray[np.complex128]:
-    """c_h (..., SAMPLES/2, n) of values (..., SAMPLES, n), one-sided."""
-    c = np.fft.rfft(values, axis=-2)[..., : SAMPLES // 2, :] / SAMPLES
-    c[..., 1:, :] *= 2.0
-    return np.asarray(c)
+def _harmonics(values: Array) -> tuple[NDArray[np.complex128], Array]:
+    """c_h (..., HARMONICS, n) of values (..., samples, n), one-sided, and the size (..., n) of those beyond.
 
-
-def _periodic_states(system: PeriodicSystem) -> tuple[Array, Array]:
-    """X (..., SAMPLES, states, inputs) per unit of each input, and the bound of its error (..., inputs).
-
-    x₀ = (I − Φ)⁻¹ Γ over a revolution.  The bound is the difference from a coarser rule and a rounding error a panel,
-    passed on by (I − Φ)⁻¹.
+    What lies beyond half of the samples is counted to a harmonic that lies before; it is less than what lies between.
     """
-    if system.constant or system.forcing is None:
+    c = np.fft.rfft(values, axis=-2) / values.shape[-2]
+    c[..., 1:, :] *= 2.0
+    return np.asarray(c[..., :HARMONICS, :]), np.abs(c[..., HARMONICS:, :]).sum(axis=-2)
+
+
+def _periodic_states(system: PeriodicSystem) -> tuple[Array, Array, Array]:
+    """Azimuths (k,), X (..., k, states, inputs) per unit of each input, and the bound of its error (..., inputs).
+
+    The rounding of one revolution, E (:meth:`Passage.rounding`), and of solving for the start x₀ = (I − Φ)⁻¹ Γ makes
+    (I − Φ)⁻¹ E (I − Φ)⁻ᵀ of the start, which is passed on like the start itself; truncation is the difference from a
+    coarser rule.
+    """
+    forcing = system.forcing
+    if system.constant or forcing is None:
         raise ParameterError(
             "system",
             system.name,
             f"{system.name or 'this system'} has no periodic response: it "
             + ("is constant, so use steady_state" if system.constant else "has no inputs"),
         )
-    psi = _revolution(system)
-    X, amplification, panels = _repeating(system, psi)
-    coarse = _repeating(system, psi, coarse=True)[0]
-    scale = np.abs(X).max(axis=(-3, -2))
-    return X, np.abs(X - coarse).max(axis=(-3, -2)) + ROUNDING * EPS * panels * amplification[..., None] * scale
-
-
-def _repeating(system: PeriodicSystem, psi: Array, *, coarse: bool = False) -> tuple[Array, Array, int]:
-    """States at all azimuths but the last that repeat after them, how much (I − Φ)⁻¹ and Φ amplify, and the panels."""
-    found = passage(system, psi, forced=True, coarse=coarse)
-    n, m = found.inputs.shape[-2:]
-    Phi, Gamma = found.fundamental()[..., -1, :, :], found.states(np.zeros((n, m)))[..., -1, :, :]
-    if not coarse and np.any(np.abs(np.linalg.eigvals(Phi)) > 1.0 + 1e-9):
+    psi = _revolution(system, forcing)
+    fine, less = (passage(system, psi, forcing=forcing, coarse=coarse) for coarse in (False, True))
+    start, inverse, unstable = _start(fine)
+    if unstable:
         warnings.warn(
             f"{system.name or 'the system'} is unstable: the periodic response exists, but motion grows away from it",
             FloquetWarning,
-            stacklevel=4,
+            stacklevel=3,
         )
+    x = fine.states(start)
+    E = fine.rounding(x)[1]
+    whole = 1.0 + np.sum(fine.fundamental()[..., -1, :, :] ** 2, axis=(-2, -1))[..., None]
+    solving = EPS**2 * whole * np.sum(start * start, axis=-2)
+    back = inverse[..., None, :, :]
+    E = back @ (E + solving[..., None, None] * np.eye(start.shape[-2])) @ np.swapaxes(back, -1, -2)
+    rounding = fine.rounding(x, E)[0].max(axis=-2)
+    X = fine.at_outputs(x)[..., :-1, :, :]
+    other = less.at_outputs(less.states(_start(less)[0]))[..., :-1, :, :]
+    return psi[:-1], X, np.abs(X - other).max(axis=(-3, -2)) + rounding
+
+
+def _start(found: Passage) -> tuple[Array, Array, bool]:
+    """x₀ = (I − Φ)⁻¹ Γ of a revolution, nan where that does not exist; (I − Φ)⁻¹; whether a multiplier is above 1."""
+    n, m = found.inputs.shape[-2:]
+    Phi, Gamma = found.fundamental()[..., -1, :, :], found.states(np.zeros((n, m)))[..., -1, :, :]
     I_Phi, size = np.eye(n) - Phi, 1.0 + np.linalg.norm(Phi, axis=(-2, -1))
     resonant = (np.linalg.svd(I_Phi, compute_uv=False)[..., -1] < RESONANT * size)[..., None, None]
     inverse = np.where(resonant, np.nan, np.linalg.inv(np.where(resonant, np.eye(n), I_Phi)))
-    amplification = np.linalg.norm(inverse, axis=(-2, -1)) * size
-    return found.states(inverse @ Gamma)[..., :-1, :, :], amplification, found.panels
+    unstable = bool(np.any(np.abs(np.linalg.eigvals(Phi)) > 1.0 + 1e-9))
+    return inverse @ Gamma, inverse, unstable
 
 
 # ---------------------------------------------------------------------- time
@@ -270,41 +290,40 @@ def step_response(
     initial : (..., states), optional
         The state at the first azimuth; rest if left out.
     """
-    psi = np.asarray(azimuths, float)
-    if psi.ndim != 1 or len(psi) < 2 or not np.all(np.diff(psi) > 0) or not np.all(np.isfinite(psi)):
+    psi = _numbers("azimuths", azimuths)
+    if psi.ndim != 1 or len(psi) < 2 or not np.all(np.diff(psi) > 0):
         raise ParameterError(
             "azimuths",
             azimuths,
-            "a response is asked for at two or more finite azimuths, each larger than the one before",
+            "a response is asked for at two or more azimuths, each larger than the one before",
         )
-    if system.forcing is None:
+    forcing = _checked(system).forcing
+    if forcing is None:
         raise ParameterError("system", system.name, f"{system.name or 'this system'} has no inputs to step")
-    u, n = _vector(system, inputs), system.states
-    start = np.zeros(n) if initial is None else np.asarray(initial, float)
+    n = system.states
+    start = _numbers("initial", np.zeros(n) if initial is None else initial)
     if start.shape[-1:] != (n,):
         raise ParameterError(
             "initial", start.shape, f"shape {start.shape} is no state of {n} entries: give positions, then rates"
         )
-    x, panels = _moved(system, psi, u, start)
-    coarse, _ = _moved(system, psi, u, start, coarse=True)
-    scale = np.abs(x).max(axis=(-2, -1))
+    u = _vector(system, inputs, start.shape[:-1])
+    fine, less = (passage(system, psi, forcing=forcing, coarse=coarse) for coarse in (False, True))
+    ends = fine.states(start[..., None], u[..., None])
+    x, other = fine.at_outputs(ends)[..., 0], less.at_outputs(less.states(start[..., None], u[..., None]))[..., 0]
+    rounding = fine.rounding(ends)[0][..., 0].max(axis=-1)
     return StepResponse(
         coordinates=system.coordinates,
         azimuths=psi,
         values=x[..., : system.degrees],
-        error=_plain(np.abs(x - coarse).max(axis=(-2, -1)) + ROUNDING * EPS * panels * scale),
+        error=_plain(np.abs(x - other).max(axis=(-2, -1)) + rounding),
     )
-
-
-def _moved(system: PeriodicSystem, psi: Array, u: Array, start: Array, *, coarse: bool = False) -> tuple[Array, int]:
-    """States (..., k, states) under constant inputs u (..., m)."""
-    found = passage(system, psi, forced=True, coarse=coarse)
-    return found.states(start[..., None], u[..., None])[..., 0], found.panels
 
 
 def flap_angle(plane: ArrayLike, azimuths: ArrayLike, precone: float = 0.0) -> Array:
     """β = a₀ − a₁ cos ψ − b₁ sin ψ: eq. (5) of planes (..., k, 3), eq. (8) of (a₁, b₁) (..., k, 2) with ``precone``."""
-    a, psi = np.asarray(plane, float), np.asarray(azimuths, float)
+    a, psi = _numbers("plane", plane), _numbers("azimuths", azimuths)
+    if a.shape[-1:] not in ((2,), (3,)):
+        raise ParameterError("plane", a.shape, f"shape {a.shape} is no (a₀, a₁, b₁) or (a₁, b₁) along the last axis")
     a0 = a[..., 0] if a.shape[-1] == 3 else precone
     return np.asarray(a0 - a[..., -2] * np.cos(psi) - a[..., -1] * np.sin(psi))
 
@@ -314,5 +333,35 @@ def _plain(value: Array) -> Any:
     return value if np.ndim(value) else float(value)
 
 
-def _vector(system: PeriodicSystem, inputs: Inputs) -> Array:
-    return input_vector(inputs, system.input_names)
+def _checked(system: PeriodicSystem) -> PeriodicSystem:
+    if not isinstance(system, PeriodicSystem):
+        raise ParameterError(
+            "system",
+            system,
+            f"{type(system).__name__} is no system: make one with tip_path_plane(rotor, advance_ratio)",
+        )
+    return system
+
+
+def _numbers(name: str, value: ArrayLike) -> Array:
+    """Finite numbers."""
+    try:
+        array = np.asarray(value, float)
+    except (TypeError, ValueError):
+        raise ParameterError(name, value, "these are not numbers, or their lengths differ") from None
+    if not np.all(np.isfinite(array)) or np.asarray(value).dtype.kind in "US":
+        raise ParameterError(name, value, "a response needs finite numbers")
+    return array
+
+
+def _vector(system: PeriodicSystem, inputs: Inputs, other: tuple[int, ...] = ()) -> Array:
+    """u (..., inputs), which must broadcast with the system's cases and with ``other``."""
+    u = input_vector(inputs, system.input_names)
+    try:
+        np.broadcast_shapes(u.shape[:-1], system.cases, other)
+    except ValueError:
+        shapes = ", ".join(str(shape) for shape in (u.shape[:-1], system.cases, other) if shape)
+        raise ParameterError(
+            "inputs", shapes, f"shapes {shapes} of inputs, cases and initial states do not broadcast"
+        ) from None
+    return u

@@ -44,7 +44,8 @@ from .comparison import (
 )
 from .errors import ParameterError, did_you_mean
 from .exponents import exponents
-from .models import PhysicsKeywords, flapping, teetering
+from .models import PhysicsKeywords, teetering
+from .models.flapping import blade
 from .models.physics import HIGHEST
 from .period_map import PeriodMap, period_map
 from .rotor import Rotor
@@ -234,7 +235,7 @@ class _Rotor:
         self.model: Model = exact_model(rotor, model)
 
     def map(self, mu: Array) -> PeriodMap:
-        return period_map((teetering if self.model == "teetering" else flapping)(self.rotor, mu, **self.options))
+        return period_map((teetering if self.model == "teetering" else blade)(self.rotor, mu, **self.options))
 
     def comparison(self, mu: Array) -> Comparison:
         return compare(self.rotor, mu, model=self.model, **self.options)

@@ -500,13 +500,30 @@ def test_numbered_studies_are_written_with_their_page(
     monkeypatch.chdir(tmp_path)
     done = run("study", "figure-2")
     assert done.status == 0 and "What it shows." in done.out and re.search(r"one +1\.25", done.out)
-    assert sorted(os.listdir("tp1431")) == ["figure-2.csv", "figure-2.json", "figure-2.md", "index.html"]
+    assert sorted(os.listdir("results/tp1431")) == ["figure-2.csv", "figure-2.json", "figure-2.md", "index.html"]
+    refused(run("study", "figure-2", "--all"), "one study and for every study")
+    refused(run("study", "figure-1"), "figures 1 and 2 of the report are sketches")
+    for target in ("out.png", "index.h5"):
+        refused(run("study", "figure-2", "-o", target), "is no folder")
+    Path("a-file").write_text("", encoding="utf-8")
+    refused(run("study", "figure-2", "-o", "a-file"), "is no folder")
+    refused(run("study", "figure-2", "--workers", "-3"), "workers")
+    Path("results/tp1431/figure-2.json").write_text("{", encoding="utf-8")  # a damaged neighbour costs only itself
+    (folder / "tp1431" / "figure-3.py").write_text(NUMBERED.replace("Figure 2", "Figure 3"), encoding="utf-8")
+    assert run("study", "figure-3").status == 0
+    page = Path("results/tp1431/index.html").read_text(encoding="utf-8")
+    assert "make it again with floquet study figure-2" in page and "Figure 3. One" in page
+    (folder / "tp1431" / "figure-3.py").unlink()
     done = run("study", "--all", "-o", "results/all", "--workers", "1")
     assert done.status == 0 and "1 of 1 numbered studies" in done.out and "small.h5: 14 points" in done.out
     assert {"index.html", "figure-2.csv", "small.h5"} <= set(os.listdir("results/all"))
+    refused(run("study", "--all", "-o", "results/all"), "small.h5 is there already")
     (folder / "tp1431" / "table-1.py").write_text("1 / 0", encoding="utf-8")
     done = run("study", "--all", "-o", "results/all", "--resume", "--workers", "1")
     assert done.status == 3 and done.err == "floquet: table-1: ZeroDivisionError: division by zero\n"
+    (folder / "tp1431" / "table-1.py").write_text("def", encoding="utf-8")
+    assert "table-1: it cannot be read: invalid syntax" in run("study").out
+    assert run("study", "small", "-o", "results").out.startswith("results/small.h5: 14 points")
 
 
 @pytest.mark.parametrize("name", ["query", "verify", "plot", "export", "validity"])

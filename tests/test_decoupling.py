@@ -100,6 +100,9 @@ def test_mixing_decouples_the_controls(mu: float, sideslip: float, inflow_gradie
     assert loop.residual(loop.tip_path_plane).max() < CLOSED
     expected = np.abs(loop.periodic - PROMISE).max(axis=0) / [1.3, 0.9, 0.7]
     np.testing.assert_allclose(loop.residual(), expected, atol=1e-15)
+    crossing = np.abs(np.where(PROMISE == 0.0, loop.periodic, 0.0)).max(axis=0) / [1.3, 0.9, 0.7]
+    np.testing.assert_allclose(loop.coupling(), crossing, atol=1e-15)
+    assert np.all(loop.coupling() <= loop.residual()) and loop.coupling(loop.tip_path_plane).max() < CLOSED
     assert (loop.residual().max() < CLOSED) if mu == 0.0 else (1e-3 < loop.residual().max() < 0.05)
 
 
@@ -229,7 +232,7 @@ def test_rates_decouple_where_19_holds(kind: str) -> None:
     assert decoupled_rate_response(rotor) == pytest.approx(direct, rel=1e-14)
     assert decoupled_rate_response(Rotor(lock_number=8.0)) == pytest.approx(-2.0, rel=1e-15)
     for sideslip in ANGLES:
-        loop = rates_fed_back(rotor, 0.0, np.zeros((2, 2)), direct * SWAP, sideslip=sideslip)
+        loop = rates_fed_back(rotor, 0.0, direct * SWAP, sideslip=sideslip)
         assert loop.residual(loop.tip_path_plane).max() < CLOSED and loop.residual().max() < CLOSED
 
 
@@ -266,6 +269,7 @@ def test_required_offset_is_figure_17(g: float, mass_ratio: Any, expected: float
 def test_required_offset_where_there_is_none() -> None:
     assert math.isnan(decoupling_offset(4.0, pitch_flap_coupling=0.5))  # K₁ > γ/16: too stiff already at ε = 0
     assert decoupling_offset(8.0, pitch_flap_coupling=0.5) == 0.0  # K₁ = γ/16 exactly
+    assert decoupling_offset(3.6, pitch_flap_coupling=0.225) == 0.0  # and to rounding
     e = decoupling_offset(8.0, pitch_flap_coupling=0.2, hinge_stiffness=0.05)
     rotor = Rotor(lock_number=8.0, pitch_flap_coupling=0.2, hinge_stiffness=0.05, hinge_offset=e)
     assert abs(hover_rate_response(rotor)[0, 0]) < 1e-12
@@ -284,7 +288,7 @@ def feedback_28(g: float, e: float, m: float, P2: float, k_3: float) -> Array:
 def test_feedback_decouples_the_rates(mu: float, sideslip: float) -> None:
     """(27) on table 3 to 1e-12, by the rotor's own response to rates and to the fed back pitch."""
     feedback = rate_feedback(ROTOR, mu, 1.5, sideslip=sideslip)
-    loop = rates_fed_back(ROTOR, mu, feedback, -1.5 * SWAP, sideslip=sideslip)
+    loop = rates_fed_back(ROTOR, mu, -1.5 * SWAP, feedback, sideslip=sideslip)
     for gains, found in ((table_3_gains(ROTOR, mu), loop.tip_path_plane), (periodic_gains(ROTOR, mu), loop.periodic)):
         for j, (p, q) in enumerate(((1.0, 0.0), (0.0, 1.0))):
             A, B = feedback @ [p, q]
@@ -319,3 +323,32 @@ def test_laws_for_the_other_hub_are_refused() -> None:
         teetering_gearing(ROTOR, 0.3)
     with pytest.raises(ParameterError, match="has coning"):
         appendix_c_mixing(TEETERING, 0.3)
+
+
+@pytest.mark.parametrize(
+    ("call", "sentence"),
+    [
+        (lambda: control_mixing(ROTOR, 0.3, sideslip=10.0), "no sideslip angle in radians"),
+        (lambda: control_mixing(ROTOR, 0.3, sideslip="0.1"), "no sideslip angle in radians"),  # type: ignore[arg-type]
+        (lambda: rate_feedback(ROTOR, 0.3, 1.0, sideslip=math.nan), "no sideslip angle in radians"),
+        (lambda: control_mixing(ROTOR, 0.3, 2.0), "are no sensitivities"),  # type: ignore[arg-type]
+        (lambda: hover_gearing(ROTOR, ("a", 2.0, 3.0)), "are no sensitivities"),  # type: ignore[arg-type]
+        (lambda: control_mixing("uh60a.toml", 0.3), "is no Rotor"),  # type: ignore[arg-type]
+        (lambda: control_mixing(ROTOR, "0.3"), "is not a number"),
+        (lambda: control_mixing(ROTOR, 0.3, inflow_gradient="x"), "inflow_gradient"),  # type: ignore[arg-type]
+        (lambda: rate_feedback(ROTOR, 0.3, "2"), "k_3"),  # type: ignore[arg-type]
+        (lambda: mixed_controls(ROTOR, 0.3, np.eye(4)), "neither a mixing"),
+        (lambda: rates_fed_back(ROTOR, 0.3, SWAP, np.eye(3)), "is no feedback"),
+        (lambda: rates_fed_back(ROTOR, 0.3, np.eye(3)), "is no promise"),
+        (lambda: mixed_controls(TEETERING, 0.3, np.eye(3)), "no coning to mix"),
+        (lambda: teetering_gearing(TEETERING.replace(flap_damping=0.2), 0.3), "use control_mixing"),
+        (lambda: decoupling_offset([2.0, 8.0]), "one rotor at a time"),  # type: ignore[arg-type]
+    ],
+)  # fmt: skip
+def test_bad_input_is_one_sentence(call: Any, sentence: str) -> None:
+    with pytest.raises(ParameterError, match=sentence):
+        call()
+
+
+def test_three_numbers_are_sensitivities() -> None:
+    np.testing.assert_array_equal(control_mixing(ROTOR, 0.3, (1.3, 0.7, 0.9)), control_mixing(ROTOR, 0.3, K))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable
 from functools import cache
 from pathlib import Path
@@ -180,6 +181,19 @@ def test_caption_says_the_numbers(name: str) -> None:
         f"{found.numbers['longest time constant (s), reduced order']:.3f} s, that of the full equations",
     ):
         assert words in found.caption
+    t_close = found.numbers["reduced order within 0.05 from (s)"]
+    assert (
+        f"From {t_close:.2f} s on, {OMEGA * t_close / (2.0 * np.pi):.2f} revolutions".lower() in found.caption.lower()
+    )
+    for coordinate, letter in (("a_1", "a₁"), ("b_1", "b₁")):
+        simple, full = (found.numbers[f"steady {coordinate}, {x}"] for x in ("simple models", "full equations"))
+        off = abs(simple - full)
+        assert re.search(rf"{off:.4f} .*in {letter} \({100.0 * off / abs(full):.1f} %\)", found.caption)
+    assert "scan" not in found.caption and len(found.caption.split()) < 170
+    if name == "figure-13":
+        over = (np.abs(t["a_0"][x]).max() - abs(found.numbers[f"steady a_0, {y}"])
+                for x, y in (("reduced", "simple models"), ("full", "full equations")))  # fmt: skip
+        assert "overshoots in a₀ by {:.3f} instead of {:.3f}".format(*over) in found.caption
     assert found.title.startswith(f"Figure {name[-2:]}.") and "{" not in found.caption and "\n" not in found.caption
 
 

@@ -265,7 +265,7 @@ def test_what_the_captions_say_of_the_moves() -> None:
 
     slow = moved(6, "regressing")
     assert max(slow[g] for g in (2.0, 4.0, 6.0)) == slow[2.0] == pytest.approx(0.08, abs=0.005)
-    assert "0.349" in study(6).caption and "0.377" in study(6).caption
+    assert "up to 8 %, at γ = 2" in study(6).caption
     assert study(6).numbers["μ at which TPP regressing splits, γ = 2"] == pytest.approx(0.349, abs=5e-4)
     assert study(6).numbers["μ at which Floquet locks at 1 per rev, γ = 2"] == pytest.approx(0.377, abs=5e-4)
     assert max(moved(7, "regressing").values()) == pytest.approx(0.17, abs=0.005)
@@ -459,13 +459,15 @@ def test_pages_name_their_axes_values_and_limits_and_no_text_covers_another(numb
     figure = study(number).figure
     figure.draw_without_rendering()
     assert figure.get_figwidth() == pytest.approx(PAGE)
-    assert figure.get_supxlabel().endswith("No dynamic inflow in either model.")
+    footer = figure.get_supxlabel().replace("\n", " ")
+    assert footer.endswith(f"No dynamic inflow in {'the' if number in FAMILIES else 'either'} model.")
+    assert ("member with Im η ≥ 0" in footer) == (number in FORWARD)
     legend = " ".join(
         [*(t.get_text() for t in figure.legends[0].get_texts()), figure.legends[0].get_title().get_text()]
     )
     for value in {**FAMILIES, **ORDERS}.get(number, ("", FORWARD.get(number, {}).values()))[1]:
         assert f"= {value:g}".replace("-", "−") in legend
-    assert "stable" in [text.get_text() for text in figure.axes[0].texts]
+    assert {"stable", "unstable"} <= {text.get_text() for text in figure.axes[0].texts}
     pieces = [figure.legends[0].get_window_extent(), *(ax.get_tightbbox() for ax in figure.axes)]
     assert not any(a.overlaps(b) for a, b in combinations(pieces, 2))
     assert all(figure.bbox.x0 <= b.x0 and b.x1 <= figure.bbox.x1 and b.y1 <= figure.bbox.y1 for b in pieces)
@@ -482,4 +484,25 @@ def test_pages_name_their_axes_values_and_limits_and_no_text_covers_another(numb
 def test_captions_say_what_was_chosen(number: int) -> None:
     shown = study(number)
     assert shown.title.startswith(f"Figure {number}. ") and shown.equations
-    assert "caption only" in shown.caption and "chosen here" in shown.caption and "\n" not in shown.caption
+    assert "hosen here" in shown.caption and "\n" not in shown.caption and "{" not in shown.caption
+    assert "scan" not in shown.caption and not re.search(r"\d%", shown.caption) and len(shown.caption.split()) < 150
+
+
+@pytest.mark.parametrize("number", ORDERS)
+def test_captions_say_the_errors_of_their_own_figure(number: int) -> None:
+    caption, (name, values) = study(number).caption, ORDERS[number]
+    for gamma in (2.0, 8.0):
+        true = [(closed_forms.hover(gamma, **{NAMES[name]: x}), closed_forms.truncated(gamma, **{NAMES[name]: x})["c0"])
+                for x in values]  # fmt: skip
+        errors = [100.0 * abs(t["cyclic"][2]) / math.sqrt(4.0 + c0**2) for t, c0 in true]  # type: ignore[index]
+        assert f"{min(errors):.1f} to {max(errors):.1f} % at γ = {gamma:g}" in caption
+        if gamma == 2.0:
+            times = [t["P"] ** 2 / c0 / (c0 / 2.0) for t, c0 in true]  # type: ignore[operator]
+            assert f"{min(times):.0f} to {max(times):.0f} times too fast at γ = 2" in caption
+
+
+@pytest.mark.parametrize("number", ORDERS)
+def test_one_label_for_every_coning_curve_where_they_are_one(number: int) -> None:
+    decay = study(number).figure.axes[2]
+    words = [text.get_text() for text in decay.texts if text.get_text().startswith("TPP, every")]
+    assert words == {10: [], 11: [r"TPP, every $\kappa$"], 12: [r"TPP, every $K_1$ up to $\gamma$ = 13.1"]}[number]

@@ -10,11 +10,12 @@ import pytest
 
 from floquet.errors import FloquetWarning, ParameterError
 from floquet.exponents import stability
-from floquet.models import averaged, flapping, multiblade, teetering, tip_path_plane
+from floquet.models import averaged, flapping, hover_modes, hover_response, multiblade, teetering, tip_path_plane
 from floquet.periodic import PeriodicSystem
 from floquet.rotor import Hub, Rotor
 from tests.truth import blade_element, closed_forms
 
+TEETERING = Rotor(lock_number=8.0, blades=2, hub=Hub.TEETERING)
 PSI = np.array([0.0, 0.4, 1.3, 2.9, 3.5, 4.7, 5.6])
 RELATIVE = 1e-14  # tables are sums of at most ten products
 ROTORS = [
@@ -276,12 +277,27 @@ def test_truncated_damping_that_jumps_in_reversed_flow_is_mapped_with_its_kick()
         (lambda: flapping(Rotor(lock_number=8.0, root_cutout=0.99), 0.3, tip_loss=0.9), "no blade that lifts"),
         (lambda: flapping(Rotor(lock_number=np.array([6.0, 8.0])), np.zeros(3)), "do not broadcast"),
         (lambda: flapping("bo105.toml", 0.3), "is no Rotor"),
+        (lambda: tip_path_plane("bo105.toml", 0.3), "is no Rotor"),
+        (lambda: flapping(Rotor(lock_number=8.0), "0.3"), "is not a number"),
+        (lambda: multiblade(TEETERING, 0.3), "one beam"),
+        (lambda: hover_modes(TEETERING), "has no coning"),
+        (lambda: hover_response(TEETERING, {"theta_0": 0.1}), "has no coning"),
         (lambda: flapping(Rotor(lock_number=8.0), 11.0), "between 0 and 10"),
     ],
 )
 def test_bad_input_is_one_sentence(call, sentence: str) -> None:  # type: ignore[no-untyped-def]
     with pytest.raises(ParameterError, match=sentence):
         call()
+
+
+def test_flapping_of_a_teetering_rotor_is_probably_not_meant() -> None:
+    """Said once by flapping(); the models that are made of one blade do not say it."""
+    with pytest.warns(FloquetWarning, match=r"use teetering\(\)"):
+        flapping(TEETERING, 0.3)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        teetering(TEETERING, 0.3)
+        tip_path_plane(TEETERING, 0.3)
 
 
 def test_truncated_integrals_warn_far_out() -> None:

@@ -510,8 +510,9 @@ def test_question_3_which_way_limits_move() -> None:
         for x in sorted({r[name] for r in others if r[name]}):
             pairs = [(plain[r["lock_number"]]["limit"], r["limit"]) for r in others if r[name] == x]
             moved[x, name] = sum(b > a for a, b in pairs), sum(b < a for a, b in pairs)
+            letter = {"hinge_stiffness": "κ", "pitch_flap_coupling": "K₁"}[name]
             found = [
-                shown(3).numbers[f"of 8 regressing limits, {way} by {name} = {x:g}"] for way in ("raised", "lowered")
+                shown(3).numbers[f"of 8 regressing limits, {way} by {letter} = {x:g}"] for way in ("raised", "lowered")
             ]
             assert tuple(found) == moved[x, name]
     assert list(moved.values()) == [(2, 3), (3, 3), (4, 4), (4, 1), (4, 1)]
@@ -685,3 +686,13 @@ def texts_are_apart(figure: Any) -> None:
 @pytest.mark.parametrize("question", [2, 3, 4])
 def test_texts_of_a_figure_do_not_overlap(question: int) -> None:
     texts_are_apart(shown(question).figure)
+
+
+@pytest.mark.parametrize("question", [1, 2, 3, 4])
+def test_captions_are_short_and_figures_explain_themselves(question: int) -> None:
+    found = shown(question)
+    assert len(found.caption.split()) < 150 and not re.search(r"\d%|\bscan\b", found.caption)
+    legend = [text.get_text() for text in found.figure.legends[0].get_texts()]
+    footer = found.figure.get_supxlabel().replace("\n", " ")
+    assert ("side by side" in footer) == (question != 2) and ("a thin line is a rotor" in footer) == (question == 1)
+    assert any("critically damped" in text for text in legend) == (question == 2)

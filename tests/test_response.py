@@ -59,7 +59,7 @@ def harmonic_balance(c: closed_forms.Coefficients, f: closed_forms.Forcing, orde
     k = multiplied(c["k0"], [c["kc1"], c["kc2"]], [c["ks1"], c["ks2"]])
     right = np.zeros((n, 10), complex)
     right[order] = f["f0"]
-    for j in (1, 2, 3):
+    for j in range(1, min(order, 3) + 1):
         right[order + j], right[order - j] = (0.5 * (f[f"fc{j}"] - s * 1j * f[f"fs{j}"]) for s in (1, -1))
     x = np.linalg.solve(np.diag(-(h**2)) + d @ np.diag(1j * h) + k, right)
     return np.concatenate([x[order : order + 1], 2.0 * x[order + 1 :]])
@@ -74,7 +74,7 @@ def test_periodic_response_of_a_blade_is_harmonic_balance(mu: float, exact: bool
     found = periodic_response(flapping(ROTOR, mu, exact_offset=exact), INPUTS)
     expected = harmonic_balance(c, f)[:32] @ U
     error = np.abs(found.harmonics[:, 0] - expected).max()
-    assert error <= found.harmonic_error and found.error < 2e-12  # the bound, and it is useful
+    assert error <= found.harmonic_error and found.error < 1e-11  # the bound, and it is useful
     assert error < 1e-14 * (1.0 + np.abs(expected).max())
     np.testing.assert_allclose(
         found.tip_path_plane, [expected[0].real, -expected[1].real, expected[1].imag], atol=1e-14
@@ -130,8 +130,8 @@ def test_kinks_are_panel_ends_in_every_turn(psi: NDArray[np.float64]) -> None:
     """A rule across a kink is right to 1e-6 only, and its difference from the coarser rule says so."""
     rotor = Rotor(lock_number=np.array([7.0, 12.0]), hinge_offset=0.2)
     system = flapping(rotor, np.array([1.2, 0.7]), reversed_flow=True)
-    assert np.max(step_response(system, INPUTS, psi).error) < 1e-11
-    assert np.max(periodic_response(system, INPUTS).error) < 1e-11
+    assert np.max(step_response(system, INPUTS, psi).error) < 3e-11
+    assert np.max(periodic_response(system, INPUTS).error) < 3e-11
 
 
 @pytest.mark.parametrize("N", [2, 3, 4, 5])
@@ -267,7 +267,7 @@ def test_initial_state_is_carried_on() -> None:
     whole = step_response(system, u, psi)
     half = step_response(system, u, psi[:5])
     blade = periodic_response(system, u)
-    assert blade.values.shape == (64, 1)
+    assert blade.values.shape == (128, 1)
     # a state in the middle: position from the values, rate by the fundamental solution of the second half
     start = np.array([half.values[-1, 0], _rate(system, u, psi[:5])])
     rest = step_response(system, u, psi[4:], initial=start)
@@ -307,7 +307,7 @@ def test_cases_broadcast_and_equal_the_single_ones() -> None:
         psi = np.linspace(0.0, 4.0, 5)
         steps = step_response(flapping(rotors, mu, **options), {"B_1c": B}, psi)
         gains = tip_path_plane_gains(flapping(rotors, mu, **options))
-        assert found.values.shape == (2, 3, 64, 1) and found.tip_path_plane.shape == (2, 3, 3)
+        assert found.values.shape == (2, 3, 128, 1) and found.tip_path_plane.shape == (2, 3, 3)
         assert gains.shape == (2, 3, 3, 10) and np.shape(found.error) == (2, 3) == np.shape(steps.error)
         for i, j in np.ndindex(2, 3):
             one = flapping(rotors[i, 0], mu[j], **options)
@@ -361,11 +361,6 @@ def test_unstable_rotor_is_said_to_be_so() -> None:
         periodic_response(flapping(Rotor(lock_number=8.0), 1.3), {"B_1c": 1.0})
 
 
-def _divergent() -> Rotor:
-    """P² = 0 at hover."""
-    return Rotor(lock_number=8.0, pitch_flap_coupling=-1.0)
-
-
 def _incommensurate() -> PeriodicSystem:
     return PeriodicSystem(
         period=2.0,
@@ -397,6 +392,63 @@ def test_many_cases_are_mapped_some_at_a_time(monkeypatch: pytest.MonkeyPatch) -
     np.testing.assert_array_equal(whole.values, parts.values)
 
 
+def test_unstable_plane_is_said_to_be_so_and_a_singular_one_has_no_steady_state() -> None:
+    rotors = Rotor(lock_number=8.0, pitch_flap_coupling=np.array([-1.0, 0.1]))  # P² = 0 and 1.1
+    with pytest.warns(FloquetWarning, match="unstable"):
+        found = steady_state(tip_path_plane(rotors, 0.0), INPUTS)
+    assert np.all(np.isnan(found[0])) and np.all(np.isfinite(found[1]))
+
+
+@pytest.mark.parametrize("A", [1.0, 3.56, 8.46])
+def test_error_bounds_motion_that_grows_on_the_way(A: float) -> None:
+    """q'' = (A² cos²ψ − A sin ψ) q has q = e^{A sin ψ}: what rounding does where q is least grows by e^{2A}."""
+    system = PeriodicSystem(
+        period=2 * math.pi,
+        stiffness=PeriodicMatrix.scalar(mean=-A * A / 2.0, cosines=[0.0, -A * A / 2.0], sines=[A]),
+        inputs=lambda: PeriodicMatrix.scalar(mean=0.0),
+        input_names=("force",),
+        coordinates=("beta",),
+    )
+    psi = np.linspace(-math.pi / 2, 2.5 * math.pi, 7)
+    found = step_response(system, {}, psi, initial=[math.exp(-A), 0.0])
+    error = np.abs(found.values[:, 0] - np.exp(A * np.sin(psi))).max()
+    doubles = 4.0 * math.exp(3.0 * A) * np.finfo(float).eps  # A, the coefficients and the start are no exact numbers
+    assert error <= found.error + doubles
+
+
+@pytest.mark.parametrize("A", [1.0, 5.0, 7.9])
+def test_error_bounds_a_periodic_response_beside_growth(A: float) -> None:
+    """x' = a(ψ)(x − 1) with a = −0.447 + A cos ψ has x ≡ 1: what is not 1 is rounding, and the bound holds it."""
+    a = PeriodicMatrix.scalar(mean=-0.447, cosines=[A])
+    system = PeriodicSystem(
+        period=2 * math.pi, matrix=a, inputs=lambda: -1.0 * a, input_names=("pull",), coordinates=("x",)
+    )
+    found = periodic_response(system, {"pull": 1.0})
+    assert np.abs(found.values - 1.0).max() <= found.error
+    moved = step_response(system, {"pull": 1.0}, np.linspace(-math.pi / 2, math.pi / 2, 3), initial=[1.0])
+    assert np.abs(moved.values - 1.0).max() <= moved.error
+
+
+def test_harmonics_beyond_are_in_their_error() -> None:
+    """A forcing of 63 per rev moves no low harmonic, and one beyond half the samples makes for more samples."""
+    for order in (63, 65, 127):
+        system = PeriodicSystem(
+            period=2 * math.pi,
+            damping=PeriodicMatrix.scalar(mean=1.0),
+            stiffness=PeriodicMatrix.scalar(mean=2.0),
+            inputs=lambda order=order: PeriodicMatrix.harmonic(order, [[1.0]], [[0.0]]),  # type: ignore[misc]
+            input_names=("force",),
+            coordinates=("beta",),
+        )
+        found = periodic_response(system, {"force": 1.0})
+        assert np.abs(found.harmonics).max() <= found.harmonic_error and np.abs(found.harmonics).max() < 1e-14
+    for N in (16, 19):
+        rotor = periodic_response(multiblade(ROTOR.replace(blades=N), 0.5, reversed_flow=True), {"B_1c": 1.0})
+        blade = periodic_response(flapping(ROTOR, 0.5, reversed_flow=True), {"B_1c": 1.0})
+        difference = np.abs(rotor.tip_path_plane - blade.tip_path_plane).max()
+        assert difference <= rotor.harmonic_error + blade.harmonic_error
+
+
 def test_resonance_has_no_response_and_says_so() -> None:
     """β'' + k β = cos ψ: β = cos ψ/(k − 1), and none for k = 1; the case beside it is not touched."""
     system = PeriodicSystem(
@@ -422,11 +474,16 @@ def test_resonance_has_no_response_and_says_so() -> None:
         (lambda: steady_state(tip_path_plane(ROTOR, 0.3), {"B_1c": np.ones(2), "A_1c": np.ones(3)}), "not broadcast"),
         (lambda: periodic_response(tip_path_plane(ROTOR, 0.3), INPUTS), "is constant, so use steady_state"),
         (lambda: steady_state(flapping(ROTOR, 0.3), INPUTS), "use periodic_response"),
-        (lambda: steady_state(tip_path_plane(_divergent(), 0.0), INPUTS), "diverges"),
+        (lambda: steady_state(ROTOR, INPUTS), "Rotor is no system"),  # type: ignore[arg-type]
+        (lambda: periodic_response(flapping(ROTOR, [0.1, 0.2]), {"B_1c": [1.0, 2.0, 3.0]}), "do not broadcast"),
+        (lambda: step_response(flapping(ROTOR, 0.3), INPUTS, ["a", "b"]), "azimuths"),
+        (lambda: step_response(flapping(ROTOR, 0.3), INPUTS, [0.0, 1e12]), "panels"),
+        (lambda: step_response(flapping(ROTOR, 0.3), INPUTS, [0.0, 1.0], initial=[math.nan, 0.0]), "finite numbers"),
+        (lambda: flap_angle([0.1], 0.0), "along the last axis"),
         (lambda: periodic_response(_incommensurate(), {"force": 1.0}), "do not repeat together"),
         (lambda: reduced_order(flapping(ROTOR, 0.3)), "no constant second-order model"),
         (lambda: step_response(flapping(ROTOR, 0.3), INPUTS, [0.0, 0.0]), "each larger than the one before"),
-        (lambda: step_response(flapping(ROTOR, 0.3), INPUTS, [0.0, math.inf]), "finite azimuths"),
+        (lambda: step_response(flapping(ROTOR, 0.3), INPUTS, [0.0, math.inf]), "finite numbers"),
         (lambda: step_response(flapping(ROTOR, 0.3), INPUTS, [0.0, 1.0], initial=[1.0]), "is no state of 2"),
         (lambda: step_response(PeriodicSystem(period=1.0, matrix=PeriodicMatrix.constant(np.eye(1), 1.0)), {}, [0, 1]),
          "no inputs to step"),

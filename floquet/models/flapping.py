@@ -29,11 +29,11 @@ from numpy.typing import ArrayLike, NDArray
 
 from ..errors import FloquetWarning, ParameterError
 from ..periodic import TWO_PI, PeriodicMatrix, PeriodicSystem
-from ..rotor import Rotor
+from ..rotor import Hub, Rotor
 from .inputs import FORCING
 from .physics import Physics, PhysicsKeywords, advance_ratios
 
-__all__ = ["flapping"]
+__all__ = ["blade", "flapping"]
 
 Array = NDArray[np.float64]
 SINE, COSINE = PeriodicMatrix.scalar(sines=[1.0]), PeriodicMatrix.scalar(cosines=[1.0])
@@ -57,6 +57,18 @@ def flapping(rotor: Rotor, advance_ratio: ArrayLike, **options: Unpack[PhysicsKe
         One coordinate β, period 2π, exponents per radian of azimuth (units of Ω); ten inputs, see
         :mod:`floquet.models.inputs`.
     """
+    advance_ratios(advance_ratio, rotor)
+    if rotor.hub == Hub.TEETERING:
+        warnings.warn(
+            "the rotor teeters, and flapping() is the equation of a blade that is held alone: use teetering()",
+            FloquetWarning,
+            stacklevel=2,
+        )
+    return blade(rotor, advance_ratio, **options)
+
+
+def blade(rotor: Rotor, advance_ratio: ArrayLike, **options: Unpack[PhysicsKeywords]) -> PeriodicSystem:
+    """:func:`flapping` of one blade, however the hub holds it: what the other models are made of."""
     physics = Physics.of(options)
     mu = advance_ratios(advance_ratio, rotor)
     if np.any(np.asarray(rotor.hinge_offset) > 0.3) and not physics.exact_offset:
@@ -64,20 +76,20 @@ def flapping(rotor: Rotor, advance_ratio: ArrayLike, **options: Unpack[PhysicsKe
             "hinge_offset above 0.3: the report's integrals, truncated at ε², mean nothing there; "
             "use exact_offset (--exact-offset on the command line)",
             FloquetWarning,
-            stacklevel=2,
+            stacklevel=3,
         )
-    blade = _Integrals(rotor, mu, physics)
+    air = _Integrals(rotor, mu, physics)
     gamma, m = np.asarray(rotor.lock_number), np.asarray(rotor.offset_mass_ratio)
     half = 0.5 * gamma
 
     structure = _constant(1.0 + np.asarray(rotor.hinge_stiffness) + m)
-    pitch = half * blade.integral(2, 0, 1)
-    inflow = half * blade.integral(1, 0, 1)
-    damping = _constant(np.asarray(rotor.flap_damping)) + half * blade.integral(1, 0, 2)
+    pitch = half * air.integral(2, 0, 1)
+    inflow = half * air.integral(1, 0, 1)
+    damping = _constant(np.asarray(rotor.flap_damping)) + half * air.integral(1, 0, 2)
     stiffness = structure + np.asarray(rotor.pitch_flap_coupling) * pitch + mu * (COSINE @ inflow)
 
     def forcing() -> PeriodicMatrix:
-        twist, rate = half * blade.integral(2, 1, 1), half * blade.integral(1, 1, 1)
+        twist, rate = half * air.integral(2, 1, 1), half * air.integral(1, 1, 1)
         coriolis, acceleration = 2.0 * (1.0 + m), (1.0 + m if physics.kinematic_rates else np.ones_like(m))
         columns = [
             pitch,

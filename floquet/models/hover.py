@@ -20,10 +20,11 @@ from typing import Any, Unpack
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ..rotor import Rotor
-from .flapping import flapping
+from ..errors import ParameterError
+from ..rotor import Hub, Rotor
+from .flapping import blade
 from .inputs import FORCING, input_vector
-from .physics import Physics, PhysicsKeywords
+from .physics import Physics, PhysicsKeywords, advance_ratios
 
 __all__ = ["HoverMode", "HoverModes", "hover_coefficients", "hover_modes", "hover_response"]
 
@@ -51,9 +52,9 @@ class HoverModes:
 
 def hover_coefficients(rotor: Rotor, **options: Unpack[PhysicsKeywords]) -> tuple[Array, Array]:
     """c₀ and P² of the blade at hover, (...) each; P² keeps the truncated part of K₁ unless ``exact_offset``."""
-    blade = flapping(rotor, 0.0, **options)
-    assert blade.damping is not None and blade.stiffness is not None
-    return blade.damping.mean()[..., 0, 0], blade.stiffness.mean()[..., 0, 0]
+    one = blade(rotor, 0.0, **options)
+    assert one.damping is not None and one.stiffness is not None
+    return one.damping.mean()[..., 0, 0], one.stiffness.mean()[..., 0, 0]
 
 
 def hover_modes(rotor: Rotor, **options: Unpack[PhysicsKeywords]) -> HoverModes:
@@ -66,6 +67,7 @@ def hover_modes(rotor: Rotor, **options: Unpack[PhysicsKeywords]) -> HoverModes:
     **options
         As in :func:`floquet.flapping`.
     """
+    _with_coning(rotor)
     c0, P2 = hover_coefficients(rotor, **options)
     P = np.sqrt(np.where(P2 > 0, P2, np.nan))
     zeta = 0.5 * c0 / P
@@ -103,10 +105,11 @@ def hover_response(
 
         a₀ = f₀/P²,    a₁ = ((P² − 1) M_a − c₀ M_b)/Δ,    b₁ = (c₀ M_a + (P² − 1) M_b)/Δ
     """
-    blade = flapping(rotor, 0.0, **options)
-    assert blade.forcing is not None
+    _with_coning(rotor)
+    forcing = blade(rotor, 0.0, **options).forcing
+    assert forcing is not None
     c0, P2 = hover_coefficients(rotor, **options)
-    steady = blade.forcing.mean()[..., 0, :]
+    steady = forcing.mean()[..., 0, :]
     u = input_vector(inputs, FORCING)
     theta_0, A, B, theta_t, inflow, p, q, pdot, qdot, normal = np.moveaxis(u, -1, 0)
     control, twist, through, static = (
@@ -121,6 +124,17 @@ def hover_response(
     a1 = ((P2 - 1.0) * M_a - c0 * M_b) / delta
     b1 = (c0 * M_a + (P2 - 1.0) * M_b) / delta
     return _plain(a0), _plain(a1), _plain(b1)
+
+
+def _with_coning(rotor: Rotor) -> None:
+    advance_ratios(0.0, rotor)
+    if rotor.hub == Hub.TEETERING:
+        raise ParameterError(
+            "hub",
+            rotor.hub,
+            "a teetering rotor has no coning, which eqs. (9) and (13a) are of: use tip_path_plane(rotor, 0.0) with "
+            "stability() or steady_state()",
+        )
 
 
 def _plain(value: NDArray[Any]) -> Any:

@@ -7,14 +7,15 @@ theta_0              θ₀                   collective pitch                   
 A_1c                 A₁c                  lateral cyclic pitch                   rad
 B_1c                 B₁c                  longitudinal cyclic pitch              rad
 theta_t              θ_t                  twist, tip against axis                rad
-lambda               λ                    inflow ratio                           1
-p_w, q_w             p_w/Ω, q_w/Ω         roll and pitch rate                    1/rev
-pdot_w, qdot_w       ṗ_w/Ω², q̇_w/Ω²       roll and pitch acceleration            1/rev²
-normal_acceleration  ((ẇ−uq+pv)−g)/(Ω²R)  down, less gravity                     1
+lambda               λ                    inflow ratio (V sin α − v_i)/(ΩR)      1
+p_w, q_w             p_w/Ω, q_w/Ω         roll and pitch rate                    rad/rad
+pdot_w, qdot_w       ṗ_w/Ω², q̇_w/Ω²       roll and pitch acceleration            rad/rad²
+normal_acceleration  ((ẇ−uq+pv)−g)/(Ω²R)  of the hub, downward, less gravity     1
 precone              a₀                   built-in coning of a teetering rotor   rad
 ===================  ===================  =====================================  =====
 
-All in the wind-hub system; per rev is in units of the rotor speed Ω.
+All in the wind-hub system: x upwind, y to the right, z down, so that p rolls to the right and q pitches the nose up.
+λ is positive upward through the disc; a hovering rotor's is negative.  Rates are in units of Ω: per radian of azimuth.
 """
 
 from __future__ import annotations

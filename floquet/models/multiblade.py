@@ -19,7 +19,7 @@ from numpy.typing import ArrayLike
 
 from ..errors import ParameterError
 from ..periodic import TWO_PI, PeriodicMatrix, PeriodicSystem
-from ..rotor import PARAMETERS, Rotor
+from ..rotor import PARAMETERS, Hub, Rotor
 from .flapping import flapping
 from .physics import PhysicsKeywords
 
@@ -48,6 +48,12 @@ def multiblade(
     if N < 2:
         raise ParameterError(
             "blades", N, f"multiblade coordinates need at least 2 blades, not {N}: use flapping for a single blade"
+        )
+    if any(getattr(b, "hub", None) == Hub.TEETERING for b in blades):
+        raise ParameterError(
+            "hub",
+            Hub.TEETERING,
+            "the blades of a teetering rotor are one beam and do not flap each alone: use teetering",
         )
     identical = all(_same(b, blades[0]) for b in blades)
     azimuths = [TWO_PI * i / N for i in range(N)]

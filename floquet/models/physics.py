@@ -76,6 +76,8 @@ class Physics:
 def advance_ratios(advance_ratio: ArrayLike, rotor: Rotor | None = None) -> NDArray[np.float64]:
     """μ as an array of finite numbers from 0 to :data:`HIGHEST`, which must broadcast with the rotor's parameters."""
     try:
+        if np.asarray(advance_ratio).dtype.kind in "US":
+            raise TypeError
         mu = np.asarray(advance_ratio, float)
     except (TypeError, ValueError):
         raise ParameterError("advance_ratio", advance_ratio, f"{advance_ratio!r} is not a number") from None

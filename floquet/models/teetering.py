@@ -27,7 +27,7 @@ from numpy.typing import ArrayLike
 from ..errors import ParameterError
 from ..periodic import PeriodicMatrix, PeriodicSystem
 from ..rotor import Rotor
-from .flapping import flapping
+from .flapping import blade
 from .inputs import PRECONE
 from .physics import PhysicsKeywords
 
@@ -48,19 +48,19 @@ def teetering(rotor: Rotor, advance_ratio: ArrayLike, **options: Unpack[PhysicsK
             f"a teetering rotor hinges on its axis, but hinge_offset = {e:g} and offset_mass_ratio = {m:g}: "
             "give both as 0, or use the flapping model",
         )
-    blade = flapping(rotor, advance_ratio, **options)
-    assert blade.damping is not None and blade.stiffness is not None and blade.inputs is not None
-    inputs, stiffness = blade.inputs, blade.stiffness
+    one = blade(rotor, advance_ratio, **options)
+    assert one.damping is not None and one.stiffness is not None and one.inputs is not None
+    inputs, stiffness = one.inputs, one.stiffness
 
     def forcing() -> PeriodicMatrix:
         return PeriodicMatrix.assemble([[_odd(inputs()), -1.0 * _odd(stiffness)]])
 
     return PeriodicSystem(
         period=math.pi,
-        damping=_even(blade.damping),
-        stiffness=_even(blade.stiffness),
+        damping=_even(one.damping),
+        stiffness=_even(one.stiffness),
         inputs=forcing,
-        input_names=(*blade.input_names, PRECONE),
+        input_names=(*one.input_names, PRECONE),
         coordinates=("beta",),
         name="teetering",
     )

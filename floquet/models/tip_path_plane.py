@@ -19,9 +19,9 @@ from numpy.typing import ArrayLike
 from ..errors import ParameterError
 from ..periodic import PeriodicMatrix, PeriodicSystem
 from ..rotor import Hub, Rotor
-from .flapping import flapping
+from .flapping import blade
 from .multiblade import coordinates
-from .physics import PhysicsKeywords
+from .physics import PhysicsKeywords, advance_ratios
 from .teetering import teetering
 
 __all__ = ["averaged", "tip_path_plane"]
@@ -32,11 +32,12 @@ def tip_path_plane(rotor: Rotor, advance_ratio: ArrayLike, **options: Unpack[Phy
 
     Arguments as in :func:`floquet.flapping`; a constant system, whose exponents are eigenvalues.
     """
+    advance_ratios(advance_ratio, rotor)
     t = PeriodicMatrix.harmonic(1, [[-1.0, 0.0]], [[0.0, -1.0]])
     if rotor.hub == Hub.TEETERING:
         return _projected(teetering(rotor, advance_ratio, **options), t, ("a_1", "b_1"), "tip path plane")
     t = PeriodicMatrix.assemble([[PeriodicMatrix.constant([[1.0]]), t]])
-    return _projected(flapping(rotor, advance_ratio, **options), t, ("a_0", "a_1", "b_1"), "tip path plane")
+    return _projected(blade(rotor, advance_ratio, **options), t, ("a_0", "a_1", "b_1"), "tip path plane")
 
 
 def averaged(
@@ -59,17 +60,17 @@ def averaged(
     ]
     t = PeriodicMatrix.assemble([rows])
     return _projected(
-        flapping(rotor, advance_ratio, **options),
+        blade(rotor, advance_ratio, **options),
         t,
         coordinates(2 * int(harmonics) + 1),
         f"averaged over {harmonics} harmonics",
     )
 
 
-def _projected(blade: PeriodicSystem, t: PeriodicMatrix, names: tuple[str, ...], name: str) -> PeriodicSystem:
+def _projected(one: PeriodicSystem, t: PeriodicMatrix, names: tuple[str, ...], name: str) -> PeriodicSystem:
     """Keep the harmonics of ``t`` in the blade's equation."""
-    assert blade.damping is not None and blade.stiffness is not None
-    d, k, inputs = blade.damping, blade.stiffness, blade.inputs
+    assert one.damping is not None and one.stiffness is not None
+    d, k, inputs = one.damping, one.stiffness, one.inputs
     assert inputs is not None
     t_plus = PeriodicMatrix.constant(np.diag(1.0 / (t.transpose() @ t).mean().diagonal())) @ t.transpose()
     D = t_plus @ (2.0 * t.derivative() + d @ t)
@@ -79,7 +80,7 @@ def _projected(blade: PeriodicSystem, t: PeriodicMatrix, names: tuple[str, ...],
         damping=_mean(D),
         stiffness=_mean(K),
         inputs=lambda: _mean(t_plus @ inputs()),
-        input_names=blade.input_names,
+        input_names=one.input_names,
         coordinates=names,
         name=name,
     )

@@ -28,6 +28,7 @@ from floquet.plot.parts import (
     COLOURS,
     DARK,
     DASHED,
+    FOOTER_OF_ONE,
     MM,
     MU_LABEL,
     PAGE,
@@ -133,7 +134,7 @@ def entries_against_mu(
 def _matrices(coordinates: Sequence[str], names: Sequence[str]) -> tuple[Figure, dict[Place, Axes]]:
     """Axes by matrix, row and column: two matrices beside each other, rows and columns named by their coordinates."""
     n = len(coordinates)
-    figure = new_figure(PAGE, (20.0 * n + 36.0) * MM)
+    figure = new_figure(PAGE, (20.0 * n + 36.0) * MM, FOOTER_OF_ONE)
     grid = figure.subplots(n, 2 * n + 1, sharex=True, sharey=True, width_ratios=[1.0] * n + [0.1] + [1.0] * n)
     for gap in grid[:, n]:
         gap.remove()
@@ -223,14 +224,14 @@ def characteristic_roots(gammas: Sequence[Root], families: Sequence[Root], *, ti
     above, below = grid[0].subgridspec(1, 2, width_ratios=[1.0, 1.12]), grid[1].subgridspec(1, len(named))
     right = above[1].subgridspec(2, 1, height_ratios=[0.75, 1.0])
     panels = {"all": figure.add_subplot(above[0]), "slow": figure.add_subplot(right[1])}
-    _draw_roots(panels["all"], gammas, (-2.25, 0.12, -0.16, 2.14))
-    _draw_roots(panels["slow"], slow, (-1.66, 0.06, -0.07, 0.69), linked=True)
+    _draw_roots(panels["all"], gammas, (-2.25, 0.12, -0.3, 2.14))
+    _draw_roots(panels["slow"], slow, (-1.66, 0.06, -0.07, 0.69))
     panels["all"].set_title(r"all modes, with $\gamma$", loc="left")
     panels["slow"].set_title(r"regressing, with $\gamma$", loc="left")
     for place, (label, some) in enumerate(named.items()):
         ax = figure.add_subplot(below[place])
         _draw_roots(ax, some, (-0.57, -0.28, -0.025, 0.225), linked=True)
-        ax.set_title(label, loc="left")
+        ax.set_title(f"regressing\n{label}", loc="left")
         if place:
             ax.set_ylabel("")
             ax.tick_params(labelleft=False)
@@ -280,15 +281,21 @@ def _draw_roots(
 
 
 def _label_roots(ax: Axes, roots: Sequence[Root], *, regressing: bool) -> None:
-    """γ beside exact exponents and below the real roots in coning's place; a root left of the frame in words."""
+    """γ beside exact exponents, and beside reduced roots where they are far; a root left of the frame in words."""
     labels, left = Labels(ax), ax.get_xlim()[0]
     for root in roots:
         style: dict[str, Any] = {"fontsize": SMALL, "color": COLOURS[root.mode], "distance": 4.5}
         if root.mode != "regressing" or regressing:
             places = [z for z in (root.exact, root.unreduced) if np.isfinite(z)]
-            labels.put(root.label, [(z.real, z.imag) for z in places], sides=SIDES, **style)
+            labels.put(
+                root.label, [(z.real, z.imag) for z in places], sides=((0, 1), *SIDES) if regressing else SIDES, **style
+            )
+        if regressing and root.reduced.imag > 0.25:  # below, exact and reduced roots are near each other
+            labels.put(root.label, [(root.reduced.real, root.reduced.imag)], sides=[(1, 0)], **style)
         if root.mode == "coning" and root.reduced.real > left:
-            labels.put(root.label, [(root.reduced.real, 0.0)], sides=[(0, -1)], optional=True, **style)
+            at, below = [(root.reduced.real, 0.0)], {**style, "sides": [(0, -1)]}
+            if labels.put(root.label, at, optional=True, **below) is None:  # in a second row
+                labels.put(root.label, at, **{**below, "distance": 13.0})
         elif root.mode == "coning":
             text = f"\N{LEFTWARDS ARROW} {_number(root.reduced.real)} for {root.label}"
             labels.put(text, [(left, 0.0)], sides=[(1, 1)], **style)

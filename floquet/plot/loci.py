@@ -29,6 +29,7 @@ from floquet.plot.labels import SIDES, Labels, along
 from floquet.plot.parts import (
     DARK,
     DASHED,
+    FOOTER_OF_ONE,
     MM,
     PAGE,
     SMALL,
@@ -54,6 +55,8 @@ AT_HOVER = (
     "drawn: with Im \u03b7 < 0 the disc precesses against the rotation."
 )
 FORWARD = (
+    "Of each pair the member with Im \u03b7 \u2265 0 is drawn, where figures at hover draw the signed one of "
+    "a\u2081 + i b\u2081. "
     "In a lock the exact exponents part along a horizontal line; where such curves lie on each other, the wider has "
     "the larger \u03b3. Each curve of the TPP (tip-path plane) is followed from hover."
 )
@@ -77,7 +80,7 @@ def hover_loci(family: Family, modes: Mapping[str, Carpet], *, width: float = PA
     """
     box, slow = _box([carpet.along for carpet in modes.values()]), _slow_box(modes["regressing"].along)
     left = 0.40 * width if box.width < 1.5 else 0.47 * width
-    figure = new_figure(width, left * box.height / box.width + 22.0 * MM)
+    figure = new_figure(width, left * box.height / box.width + 22.0 * MM, FOOTER_OF_ONE)
     grid = figure.add_gridspec(2, 2, width_ratios=(left, 0.88 * width - left))
     whole, enlarged, frequency = (figure.add_subplot(grid[at]) for at in (np.s_[:, 0], np.s_[0, 1], np.s_[1, 1]))
     _draw_carpets(whole, modes)
@@ -88,7 +91,7 @@ def hover_loci(family: Family, modes: Mapping[str, Carpet], *, width: float = PA
         ax.plot(SLOW * np.cos(turn), SLOW * np.sin(turn), color=DARK, lw=0.8, ls=DASHED, zorder=1.5, gid="slow")
         _frame_plane(ax, inside, title)
     _head(figure, [*_value_handles(family), _gamma_handle(family, "constant")])
-    write_footer(figure, AT_HOVER)
+    write_footer(figure, f"{AT_HOVER} {_numbered(family, 0)}")
     _settle(figure)
     _label_whole(whole, family, modes)
     _label_enlarged(enlarged, family, modes["regressing"])
@@ -180,7 +183,7 @@ def order_loci(family: Family, modes: Mapping[str, Carpet], *, width: float = PA
     decay.set(yscale="log", ylim=(0.05, 10.0), xlabel=r"Lock number $\gamma$")
     decay.yaxis.set_major_formatter(FuncFormatter(lambda y, _: f"{y:g}"))
     _head(figure, [*_value_handles(family), *_order_handles(), _gamma_handle(family, "one")])
-    write_footer(figure, AT_HOVER)
+    write_footer(figure, f"{AT_HOVER} {_numbered(family, -1)}")
     _settle(figure)
     labels = Labels(locus)
     _label_stable(labels)
@@ -194,10 +197,12 @@ def _percent_apart(full: Complex, reduced: Complex) -> Array:
 
 
 def _label_decay(ax: Axes, family: Family, coning: Carpet) -> None:
-    """Say so where the curves of all values are one."""
-    if np.allclose(coning.dots[:, 0].real, coning.dots[0, 0].real):
-        anchors = along(coning.lock_numbers, -coning.along[-1].real)
-        text = f"TPP, every {SYMBOLS[family.parameter]}"
+    """Say so where the curves of all values are one, and up to which γ if one of them leaves."""
+    gamma, one = coning.lock_numbers, np.isclose(coning.along.real, coning.along[-1].real).all(axis=0)
+    if one[0]:
+        anchors = along(gamma, np.where(one, -coning.along[-1].real, np.nan))
+        end = "" if one.all() else rf" up to $\gamma$ = {gamma[one].max():.1f}"
+        text = f"TPP, every {SYMBOLS[family.parameter]}{end}"
         Labels(ax).put(text, anchors, sides=((1, -1),), fontsize=SMALL, color=DARK)
 
 
@@ -269,7 +274,7 @@ def _forward_panels(
     pairs = [(whole, few), others] if tall else [others]
     heights = [(width - 18.0 * MM) * box.height / box.width for box in wide]
     heights += [(0.5 * width - 18.0 * MM) * max(box.height / box.width for box in pair) for pair in pairs]
-    figure = new_figure(width, sum(heights) + (18.0 + 18.0 * len(heights)) * MM)
+    figure = new_figure(width, sum(heights) + (22.0 + 18.0 * len(heights)) * MM)
     grid = figure.add_gridspec(len(heights), 2, height_ratios=heights)
     cells = [(grid[k, :], box) for k, box in enumerate(wide)]
     cells += [(grid[len(wide) + i, j], pair[j]) for i, pair in enumerate(pairs) for j in (0, 1)]
@@ -390,7 +395,7 @@ def _alike(*boxes: Bbox) -> list[Bbox]:
 
 def _with_axis(box: Bbox) -> Bbox:
     """The same box up to the imaginary axis and a little of what is behind it."""
-    return Bbox.from_extents(box.x0, box.y0, max(box.x1, 0.04 * box.width), box.y1)
+    return Bbox.from_extents(box.x0, box.y0, max(box.x1, 0.06 * box.width), box.y1)
 
 
 def _frame_plane(ax: Axes, box: Bbox, title: str) -> None:
@@ -418,6 +423,12 @@ def _value_handles(family: Family) -> list[Any]:
     return [Line2D([], [], color=c, lw=1.8, label=text) for c, text in zip(shades(len(texts)), texts, strict=True)]
 
 
+def _numbered(family: Family, which: int) -> str:
+    """Which curve has its Lock numbers beside it."""
+    value = f"{family.values[which]:g}".replace("-", "\u2212")
+    return rf"Numbers beside dots are $\gamma$, on the curve of {SYMBOLS[family.parameter]} = {value}."
+
+
 def _gamma_handle(family: Family, word: str) -> Any:
     gamma = rf"{word} $\gamma$ = {family.lock_numbers[0]:g}, {family.lock_numbers[1]:g} … {family.lock_numbers[-1]:g}"
     return Line2D([], [], color=GREY, lw=0.8, marker="o", ms=DOT, mfc=DARK, mew=0.0, label=gamma)
@@ -438,10 +449,11 @@ def _settle(figure: Figure) -> None:
 
 
 def _label_stable(labels: Labels) -> None:
-    """Which side is stable."""
+    """Which side is stable, and which is not."""
     y0, y1 = labels.ax.get_ylim()
     at = [(0.0, y0 + f * (y1 - y0)) for f in (0.5, 0.35, 0.65, 0.2, 0.8)]
-    labels.put("stable", at, sides=((-1, 0),), rotation=90, fontsize=SMALL, color=DARK)
+    for word, side in (("stable", -1), ("unstable", 1)):
+        labels.put(word, at, sides=((side, 0),), distance=2.0, rotation=90, fontsize=SMALL, color=DARK)
 
 
 def _label_gamma(labels: Labels, family: Family, dots: Complex) -> None:

@@ -36,6 +36,7 @@ MM = 1.0 / 25.4
 COLUMN, PAGE = 85.0 * MM, 170.0 * MM
 """Widths of a journal's column and page in inches."""
 FOOTER = "No dynamic inflow in either model."
+FOOTER_OF_ONE = "No dynamic inflow in the model."
 MU_LABEL = r"advance ratio $\mu$ (dimensionless)"
 SMALL = "small"
 STYLE: Any = {
@@ -63,17 +64,17 @@ def styled(draw: _F) -> _F:
     return inner  # type: ignore[return-value]
 
 
-def new_figure(width: float, height: float) -> Figure:
+def new_figure(width: float, height: float, footer: str = FOOTER) -> Figure:
     """An empty figure of a size in inches, with the footer; it needs no display."""
     figure = Figure(figsize=(width, height), layout="constrained")
     FigureCanvasAgg(figure)
-    write_footer(figure)
+    write_footer(figure, footer=footer)
     return figure
 
 
-def write_footer(figure: Figure, more: str = "") -> None:
+def write_footer(figure: Figure, more: str = "", *, footer: str = FOOTER) -> None:
     """Say what is not in the model; ``more`` goes before what the footer says already."""
-    text = " ".join([more, figure.get_supxlabel().replace("\n", " ") or FOOTER]).strip()
+    text = " ".join([more, figure.get_supxlabel().replace("\n", " ") or footer]).strip()
     room = int(20.0 * figure.get_figwidth())  # characters in a line
     figure.supxlabel(textwrap.fill(text, room), fontsize=6.5, color=DARK, x=0.99, ha="right")
 

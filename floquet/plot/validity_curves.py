@@ -101,13 +101,17 @@ class Series:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Errors:
-    """``locks`` are shaded; errors below ``lowest`` are not drawn; two ``logarithms`` are for small μ."""
+    """``locks`` are shaded; errors below ``lowest`` are not drawn; two ``logarithms`` are for small μ.
+
+    ``dashed`` says what dashed curves are.
+    """
 
     title: str
     curves: Sequence[Curve]
     locks: Sequence[Band] = ()
     lowest: float = 1e-4
     logarithms: bool = False
+    dashed: str = ""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -128,6 +132,11 @@ class Locks:
 
 
 Panel = Errors | Limits | Locks
+BESIDE_EACH_OTHER = {
+    Limits: r"Points of one $\gamma$ stand side by side.",
+    Locks: "In the lowest row a thin line is a rotor, a bar the part in which it is locked.",
+}
+"""What the footer says of a kind of panel."""
 
 
 @styled
@@ -136,7 +145,9 @@ def validity_figure(
 ) -> Figure:
     """Draw panels in rows of equal length, over a ``note``; the series of a column are named above its first panel."""
     figure = new_figure(width, (0.31 * len(rows) + 0.12) * width if height is None else height)
-    write_footer(figure, note)
+    panels = [panel for row in rows for panel in row]
+    kinds = [text for kind, text in BESIDE_EACH_OTHER.items() if any(isinstance(panel, kind) for panel in panels)]
+    write_footer(figure, " ".join([note, *kinds]).strip())
     axes = figure.subplots(len(rows), len(rows[0]), squeeze=False)
     places = [(i, j, panel) for i, row in enumerate(rows) for j, panel in enumerate(row)]
     for i, j, panel in places:
@@ -185,6 +196,8 @@ def _handles(panels: Sequence[Panel]) -> list[Any]:
         found.append(Patch(color=LOCKED, label="Floquet locked"))
     locked = {rho for p in panels if isinstance(p, Locks) for s in p.series for w in s.windows for *_, rho in w}
     found += [Patch(label=f"Floquet locked at {per_rev(rho)}", **_lock_style("#555555", rho)) for rho in sorted(locked)]
+    for text in dict.fromkeys(p.dashed for p in errors if p.dashed):
+        found.append(Line2D([], [], color=DARK, lw=1.2, ls=DASHED, label=text))
     if any(c.order for p in errors for c in p.curves):
         found.append(Line2D([], [], color=DARK, lw=0.8, ls=DOTTED, label=r"power of $\mu$ through the first point"))
     if not all(p.logarithms for p in errors) or len(errors) < len(panels):

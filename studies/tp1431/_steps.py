@@ -38,7 +38,7 @@ def shown(rotor: Rotor, *, title: str, heading: str, caption: str) -> Exhibit:
     rows = zip(*(x[IN_TABLE].tolist() for x in columns.values()), strict=True)
     return Exhibit(
         title=title,
-        caption=caption.replace("\n", " ").format(**words(numbers)),
+        caption=caption.replace("\n", " ").format(**words(numbers, found)),
         equations=("1", "3", "5", "6", "11", "12"),
         table=[dict(zip(columns, row, strict=True)) for row in rows],
         numbers=numbers,
@@ -75,17 +75,22 @@ def measured(rotor: Rotor, found: Histories) -> dict[str, float]:
     return out | {"reduced order within 0.05 from (s)": float(SECONDS[last + 1])}
 
 
-def words(numbers: dict[str, float]) -> dict[str, float]:
-    """What the caption says of the numbers."""
+def words(numbers: dict[str, float], found: Histories) -> dict[str, float]:
+    """What the caption says of the numbers and of the overshoot of a_0."""
     steady = {
         name: abs(numbers[f"steady {name}, simple models"] - numbers[f"steady {name}, full equations"])
         for name in PLANE
     }
-    return steady | {
+    shares = {f"share_{n}": 100.0 * x / abs(numbers[f"steady {n}, full equations"]) for n, x in steady.items()}
+    peak = {model: float(np.abs(x).max()) for model, x in found["a_0"].items()}
+    return steady | shares | {
+        "over": peak["reduced"] - abs(numbers["steady a_0, simple models"]),
+        "over_full": peak["full"] - abs(numbers["steady a_0, full equations"]),
         "unreduced": max(numbers[f"largest difference of {name}, unreduced order"] for name in PLANE),
         "blade": numbers["largest difference of beta, unreduced order"],
         "reduced": numbers["largest difference of b_1, reduced order"],
         "close": numbers["reduced order within 0.05 from (s)"],
+        "turns": OMEGA * numbers["reduced order within 0.05 from (s)"] / (2.0 * math.pi),
         "slow": numbers["longest time constant (s), reduced order"],
         "exact": numbers["longest time constant (s), full equations"],
-    }
+    }  # fmt: skip

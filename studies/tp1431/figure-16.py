@@ -40,7 +40,7 @@ def exhibit() -> Exhibit:
         },
         figure=lines(
             [Panel(x="Lock number $\\gamma$", y="required pitch-flap coupling $K_1$ = tan $\\delta_3$", curves=curves,
-                   xlim=(2.0, 17.0), every=2.0)],
+                   xlim=(2.0, 17.4), every=2.0)],
             styles={"solid": "$eM_\\beta/I_\\beta = 1.5\\,\\varepsilon$ (the report)",
                     "dashed": "$1.5\\,\\varepsilon/(1-\\varepsilon)$ (uniform blade)"},
             footer="No hinge restraint, hover. Steady flapping; no dynamic inflow.",

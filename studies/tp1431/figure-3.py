@@ -11,10 +11,9 @@ from floquet.plot.loci import hover_loci
 FAMILY = Family(parameter="hinge_offset", values=(0.0, 0.05, 0.10, 0.15))
 TITLE = "Figure 3. Effect of hinge offset and Lock number on TPP modes at hover"
 CAPTION = """Roots of the tip-path plane (TPP) at hover, where it is exact, as curves of constant hinge offset ε with
-the Lock number γ = 2, 4 … 16 marked on them. The scan of the report keeps the caption only: ε = 0, 0.05, 0.10, 0.15,
-with κ = K₁ = 0, is chosen here. P does not depend on γ: coning moves on a circle of radius P about 0, advancing and
-regressing on the same circle about i; ε widens it and lowers the damping. γ has the largest effect on the regressing
-frequency, and for γ ≥ 4 a larger offset lowers it. Not so at γ = 2, where 0.15 gives more than 0: there Im η
+the Lock number γ marked on them. Chosen here: ε = 0, 0.05, 0.10, 0.15, with κ = K₁ = 0, and γ = 2, 4 … 16. Coning
+moves on a circle of radius P about 0, advancing and regressing on the same circle about i; ε widens it and lowers the
+damping. For γ ≥ 4 a larger offset lowers the regressing frequency; at γ = 2, 0.15 gives more than 0: there Im η
 outweighs the damping that is lost. A disc with offset precesses against the rotation up to a Lock number, given for
 0.15, and with it above."""
 

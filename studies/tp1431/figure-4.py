@@ -11,12 +11,11 @@ from floquet.plot.loci import hover_loci
 FAMILY = Family(parameter="hinge_stiffness", values=(0.0, 0.1, 0.225))
 TITLE = "Figure 4. Effect of hinge restraint and Lock number on TPP modes at hover"
 CAPTION = """Roots of the tip-path plane (TPP) at hover, where it is exact, as curves of constant hinge restraint κ =
-K_β/(I_β Ω²) with the Lock number γ = 2, 4 … 16 marked on them. The scan of the report keeps the caption only: κ = 0,
-0.1, 0.225, with ε = K₁ = 0, is chosen here; 0.225 gives the flapping frequency of ε = 0.15. The restraint does not
-change the damping, γ/16 for all modes, so roots of one Lock number stand above each other; Im η of coning and of
-advancing grows by the same. The regressing frequency rises with κ at γ = 2 and falls from γ = 8 on: the restraint
-moves the root down, to the real axis and away from it below. It crosses at γ = 16 √κ, given for 0.225: there the
-disc does not precess."""
+K_β/(I_β Ω²) with the Lock number γ marked on them. Chosen here: κ = 0, 0.1, 0.225, with ε = K₁ = 0, and γ = 2, 4 …
+16; 0.225 gives the flapping frequency of ε = 0.15. The restraint does not change the damping, γ/16 for all modes, so
+roots of one Lock number stand above each other. The regressing frequency rises with κ at γ = 2 and falls from γ = 8
+on: the restraint moves the root down, to the real axis and away from it below. It crosses at γ = 16 √κ, given for
+0.225: there the disc does not precess."""
 
 
 def exhibit() -> Exhibit:

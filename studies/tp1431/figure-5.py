@@ -11,12 +11,11 @@ from floquet.plot.loci import hover_loci
 FAMILY = Family(parameter="pitch_flap_coupling", values=(-0.2, 0.0, 0.225, 0.5))
 TITLE = "Figure 5. Effect of pitch-flap coupling and Lock number on TPP modes at hover"
 CAPTION = """Roots of the tip-path plane (TPP) at hover, where it is exact, as curves of constant pitch-flap coupling
-K₁ with the Lock number γ = 2, 4 … 16 marked on them. The scan of the report keeps the caption only: K₁ = −0.2, 0,
-0.225, 0.5, with ε = κ = 0, is chosen here; a positive K₁ lowers the pitch for flap up. The coupling is a spring γ
-K₁/8 and does not change the damping γ/16. A negative one softens the blade, so that it is overdamped above a lower
-Lock number, given for −0.2: then the cyclic exponents have Im η = 1, neither pair regresses, and at γ = 16 the
-slower has less than a quarter of the damping of the faster. For γ ≤ 6 the regressing frequency varies by less than 9
-% with K₁, and at γ = 2 a K₁ of either sign raises it."""
+K₁ with the Lock number γ marked on them. Chosen here: K₁ = −0.2, 0, 0.225, 0.5, with ε = κ = 0, and γ = 2, 4 … 16; a
+positive K₁ lowers the pitch for flap up. The coupling is a spring γ K₁/8 and does not change the damping γ/16. A
+negative one softens the blade, which is overdamped above a lower Lock number, given for −0.2: then the cyclic
+exponents have Im η = 1 and neither pair regresses. For γ ≤ 6 the regressing frequency varies by less than 9 % with
+K₁, and at γ = 2 a K₁ of either sign raises it."""
 
 
 def exhibit() -> Exhibit:

@@ -12,13 +12,12 @@ from floquet.validity import split_edges
 
 VALUES: dict[str, float] = {}
 TITLE = "Figure 6. Effect of advance ratio on the TPP modes, ε = κ = K₁ = 0"
-CAPTION = """Exact Floquet exponents (solid) and eigenvalues of the tip-path plane (TPP, dashed) as the advance ratio
-μ goes from 0 to 0.4, for the report's ε = κ = K₁ = 0; the Lock numbers γ = 2, 4 … 16 are chosen here, because the
-scan keeps the caption only. The original showed the TPP alone. The exact damping is c₀/2 = γ/16 at every μ up to a
-lock, so exact curves are vertical, and what a TPP curve moves aside is error of the TPP. For γ < 8 the modes are
-relatively insensitive to μ, the report says: by its own size regressing moves up to 8 %, at γ = 2, where the TPP
-pair becomes two reals at μ = 0.349 and the exact one at 0.377, locked at 1 per rev. For γ = 12, 14 and 16 the exact
-regressing and coning exponents lock at ½ per rev; the TPP pairs come near each other and part likewise."""
+CAPTION = """Exact Floquet exponents (solid) and eigenvalues of the tip-path plane (TPP, dashed), which alone the
+original showed, as the advance ratio μ goes from 0 to 0.4, for the report's ε = κ = K₁ = 0; the Lock numbers γ = 2, 4
+… 16 are chosen here. The exact damping is c₀/2 = γ/16 at every μ up to a lock, so exact curves are vertical, and what
+a TPP curve moves aside is error of the TPP. For γ < 8 the modes are relatively insensitive to μ, the report says: by
+its own size regressing moves by up to 8 %, at γ = 2. For γ = 12, 14 and 16 the exact regressing and coning exponents
+lock at ½ per rev; the TPP pairs come near each other and part likewise."""
 
 
 def exhibit() -> Exhibit:

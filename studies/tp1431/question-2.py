@@ -17,15 +17,13 @@ ORDERS = {
     "teetering": {"regressing": 4, "advancing": 4},
 }
 SMALL = np.array([0.005, 0.01])  # errors of 5e-12 or more; rounding is 1e-15
-CAPTION = """Relative errors of the tip-path-plane (TPP) eigenvalues at small advance ratios μ, in two logarithms;
-dotted, the power of μ through the first point of each. The TPP keeps the harmonics −1, 0, 1 of the non-rotating
-frame. The regressing and the advancing exponent stand at their ends and lack the next neighbour: second order.
-Coning, in the middle, lacks only neighbours two away: fourth order. A teetering rotor has no coefficients of one per
-rev; what is lacking is two away and linked by terms of second order: fourth order. Dashed: Lock number 16, critically
-damped in hover, where two exponents meet: 1 instead of 2 (coning 3 instead of 4), teetering 2 instead of 4. Lock
-number 14 enters a lock at ½ per rev at μ = 0.0133, too near for a power to show. In the table: slopes between μ =
-0.005 and 0.01, and as coefficient the error at 0.005 over the power. Errors below 1e-13 are rounding of the
-eigenvalues and are not drawn."""
+CAPTION = """Relative errors of the tip-path-plane (TPP) eigenvalues at small advance ratios μ, in two logarithms. The
+TPP keeps the harmonics −1, 0, 1 of the non-rotating frame. Regressing and advancing stand at the ends and lack the
+next neighbour: second order. Coning, in the middle, lacks only neighbours two away: fourth order. A teetering rotor
+has no coefficients of one per rev: fourth order. At Lock number 16, critically damped at hover, two exponents meet
+and orders are lower: 1 instead of 2 (coning 3 instead of 4), teetering 2 instead of 4. Lock number 14 enters a lock
+at μ = 0.0133, too near for a power to show. The table has slopes between μ = 0.005 and 0.01, and coefficients at
+0.005."""
 
 
 def rotor(hub: str, gamma: float) -> Rotor:
@@ -60,7 +58,15 @@ def exhibit() -> Exhibit:
                   error=compare(rotor(hub, g), mu)[m].error, order=n, dashed=g == 16)
             for g, m, n in shown
         ]  # fmt: skip
-        panels.append(Errors(title=f"{hub} rotor", curves=curves, lowest=1e-13, logarithms=True))
+        panels.append(
+            Errors(
+                title=f"{hub} rotor",
+                curves=curves,
+                lowest=1e-13,
+                logarithms=True,
+                dashed=r"$\gamma$ = 16, critically damped at hover",
+            )
+        )
     return Exhibit(
         title="Of which order in the advance ratio is the error of the tip-path plane?",
         caption=CAPTION.replace("\n", " "),

@@ -16,6 +16,7 @@ from floquet.validity import limits, split_edges
 GAMMAS = range(2, 17, 2)
 FAMILIES = {"hinge_stiffness": (0.0, 0.1, 0.225), "pitch_flap_coupling": (0.0, -0.2, 0.225, 0.5)}
 SYMBOLS = {"hinge_stiffness": r"$\kappa$", "pitch_flap_coupling": "$K_1$"}
+LETTERS = {"hinge_stiffness": "κ", "pitch_flap_coupling": "K₁"}
 MODES = ("regressing", "advancing")
 MU = np.linspace(0.0, 1.0, 401)
 NOTE = "Teetering rotor; simple model: the tip-path plane. Parameters not named are 0."
@@ -29,14 +30,11 @@ NAMES = {
 }
 CAPTION = """Not at 5 % before 0.6 in the regressing mode, and not above all there. After eq. (7) the report expects
 the tip-path plane (TPP) of a teetering rotor to deteriorate rapidly beyond 0.4, especially when K₁ = K_β = 0. Above,
-its errors in that case; below, the advance ratio at which the error first passes 5 %, with spring κ or coupling K₁.
-The TPP has four states and the rotor two: regressing η − i and advancing η + i approximate the same exponent η, known
-modulo 2i; advancing is no extra mode. Of {rotors} rotors the regressing error is {percent_04:.1f} % at most up to 0.4
-and {percent_06:.1f} % up to 0.6; its first limit is at {first:.3f}, that of advancing at {advancing:.3f}. Errors grow
-with the fourth power of the advance ratio, peak where the exact pair locks at 1 per rev and the TPP splits close by,
-and fall behind that. Of the six springs and couplings, none at all has the largest regressing error up to 0.6 at
-{worst:g} of 8 Lock numbers (2 and 16, the latter critically damped in hover), and the lowest limit at {lowest:g}. A
-coupling of 0.225 removes four of the five limits up to 1."""
+errors in that case; below, the advance ratio at which the error first passes 5 %, with springs κ and couplings K₁
+chosen here. Of {rotors} rotors the regressing error is {percent_04:.1f} % at most up to 0.4 and {percent_06:.1f} % up
+to 0.6; its first limit is at {first:.3f}, that of advancing at {advancing:.3f}. Errors peak where the exact pair
+locks at 1 per rev and the TPP splits close by. Of the six springs and couplings, none at all has the largest
+regressing error up to 0.6 at {worst:g} of 8 Lock numbers, and the lowest limit at {lowest:g}."""
 
 
 def rotor(gamma: float, **changed: float) -> Rotor:
@@ -100,8 +98,8 @@ def _numbers(table: Sequence[Mapping[str, Any]]) -> dict[str, float]:
     out |= {f"growth from, γ = {g}": instability_onset(rotor(g)) for g in (2, 6, 16)}
     for name, x in ((name, x) for name, values in FAMILIES.items() for x in values[1:]):
         pairs = [(a["limit"], b["limit"]) for a, b in zip(plain, chosen(table, "regressing", **{name: x}), strict=True)]
-        out[f"of 8 regressing limits, raised by {name} = {x:g}"] = float(sum(b > a for a, b in pairs))
-        out[f"of 8 regressing limits, lowered by {name} = {x:g}"] = float(sum(b < a for a, b in pairs))
+        out[f"of 8 regressing limits, raised by {LETTERS[name]} = {x:g}"] = float(sum(b > a for a, b in pairs))
+        out[f"of 8 regressing limits, lowered by {LETTERS[name]} = {x:g}"] = float(sum(b < a for a, b in pairs))
     return out
 
 

@@ -20,14 +20,12 @@ HARMONICS = {1: "3, 4", 2: "5, 6", 3: "7, 8", 4: "9, 10"}  # and the blades whos
 TOLERANCE = 0.05
 NOTE = "M harmonics: averaged model of N = 2M + 1 or 2M + 2 blades; M = 1 is the tip-path plane."
 MU = np.linspace(0.0, 1.0, 801)
-CAPTION = """The averaged multiblade model of N = 2M + 1 blades keeps M harmonics; M = 1 is the tip-path plane, which
-is all that 3 and 4 blades give. The flapping exponents of identical blades are the same for any number, so each is a
-model of every rotor. Hinge offset, spring and coupling are 0. Every harmonic gains two orders: errors are of order 2M
-in the advance ratio for regressing and advancing, 2M + 2 for coning. At Lock number 8 and advance ratio 0.3 the
-regressing error is {errors} for M = 1 to 4. Above, errors at Lock number 8; grey, locked at 1 per rev. Below, the
-advance ratio at which the error first passes 5 %. Of 8 rotors the regressing mode is still within 5 % where the first
-lock begins for {passing} with M = 1 to 4. In a lock a mode without an exponent of its own is held against the mean of
-the pair. N = 6 has the modes of N = 5 and a differential pair of its own."""
+CAPTION = """The averaged multiblade model of N = 2M + 1 or 2M + 2 blades keeps M harmonics; M = 1 is the tip-path
+plane. The flapping exponents of identical blades are the same for any number, so each is a model of every rotor;
+hinge offset, spring and coupling are 0. Every harmonic gains two orders in the advance ratio: errors are of order 2M
+for regressing and advancing, 2M + 2 for coning. Above, errors at Lock number 8: at advance ratio 0.3 the regressing
+error is {errors} for M = 1 to 4. Below, the advance ratio at which the error first passes 5 %. Of 8 rotors the
+regressing mode is still within 5 % where the first lock begins for {passing} with M = 1 to 4."""
 
 
 def rows(gammas: Sequence[float] = GAMMAS) -> list[dict[str, Any]]:

@@ -12,7 +12,7 @@ from floquet.exhibits import Exhibit
 from floquet.models import FORCING
 from floquet.plot.entries import entries_over_azimuth
 
-from ._entries import entries, harmonics, record
+from ._entries import BLADE, entries, harmonics, in_letters, record, spelled_out
 
 ROTOR = Rotor(lock_number=8.0, hinge_offset=0.05, hinge_stiffness=0.1, pitch_flap_coupling=0.2, blades=3)
 MU = 0.3
@@ -39,33 +39,12 @@ FORMULAS = {
     ("f", "beta_1c"): ("fc1", "fc2", "fs2"),
     ("f", "beta_1s"): ("fs1", "-fs2", "fc2"),
 }
-#: The letters of one blade's equation; those of f by input.
-BLADE = {
-    "": {"c0": "gamma/2*(1/4 - 2*eps/3 + eps**2/2)", "cs1": "gamma*mu/2*(1/3 - eps + eps**2)",
-         "k0": "1 + kappa + m + gamma*K1/8*(1 - 4*eps/3) + gamma*K1*mu**2/8*(1 - eps)**2",
-         "kc1": "gamma*mu/2*(1/3 - eps/2)", "ks1": "gamma*K1*mu/2*(2/3 - eps)",
-         "kc2": "-gamma*K1*mu**2/8*(1 - eps)**2", "ks2": "gamma*mu**2/8*(1 - eps)**2"},
-    "theta_0": {"f0": "gamma/2*(1/4 - eps/3) + gamma*mu**2/8*(1 - eps)**2",
-                "fs1": "gamma*mu*(1/3 - eps/2)", "fc2": "-gamma*mu**2/8*(1 - eps)**2"},
-    "A_1c": {"fc1": "-gamma/2*(1/4 - eps/3) - gamma*mu**2/16*(1 - eps)**2",
-             "fs2": "-gamma*mu/2*(1/3 - eps/2)", "fc3": "gamma*mu**2/16*(1 - eps)**2"},
-    "B_1c": {"f0": "-gamma*mu/2*(1/3 - eps/2)", "fs1": "-gamma/2*(1/4 - eps/3) - 3*gamma*mu**2/16*(1 - eps)**2",
-             "fc2": "gamma*mu/2*(1/3 - eps/2)", "fs3": "gamma*mu**2/16*(1 - eps)**2"},
-    "theta_t": {"f0": "gamma/2*(1/5 - eps/4) + gamma*mu**2/4*(1/3 - eps/2)",
-                "fs1": "gamma*mu*(1/4 - eps/3)", "fc2": "-gamma*mu**2/4*(1/3 - eps/2)"},
-    "lambda": {"f0": "gamma/2*(1/3 - eps/2)", "fs1": "gamma*mu/4*(1 - eps)**2"},
-    "p_w": {"f0": "gamma*mu/4*(1/3 - eps/2)", "fc1": "2*(1 + m)", "fs1": "gamma/2*(1/4 - eps/3)",
-            "fc2": "-gamma*mu/4*(1/3 - eps/2)"},
-    "q_w": {"fc1": "gamma/2*(1/4 - eps/3)", "fs1": "-2*(1 + m)", "fs2": "gamma*mu/4*(1/3 - eps/2)"},
-    "pdot_w": {"fs1": "1"}, "qdot_w": {"fc1": "1"}, "normal_acceleration": {"f0": "s"},
-}  # fmt: skip
-CAPTION = """The equation q'' + D q' + K q = f u of three blades, primes d/dψ, which the scan has lost, derived again.
-Every entry that is not zero is mean + cosine cos 3ψ + sine sin 3ψ, in the letters of one blade's equation, β'' + (c0
-+ cs1 sin ψ) β' + (k0 + kc1 cos ψ + ks1 sin ψ + kc2 cos 2ψ + ks2 sin 2ψ) β = f u, f = f0 + Σ (fcn cos nψ + fsn sin
-nψ), which the rows of matrix "blade" spell out; m is the mass ratio of the hinge offset, s the static moment ratio.
-The values are those of a rotor chosen here: γ = 8, ε = 0.05, κ = 0.1, K₁ = 0.2, μ = 0.3. The tip-path plane keeps the
-means. What it drops is of first order in μ, largest between the cyclic coordinates: {damping:.2f} in D, where c0 is
-{c0:.2f}, and {stiffness:.2f} in K, where k0 is {k0:.2f}."""
+CAPTION = """The equation q'' + D q' + K q = f u of three blades, primes d/dψ, derived again, as the copy at hand has
+lost it. Letters are those of one blade's equation, β'' + (c0 + cs1 sin ψ) β' + (k0 + kc1 cos ψ + ks1 sin ψ + kc2 cos
+2ψ + ks2 sin 2ψ) β = f u, f = f0 + Σ (fcn cos nψ + fsn sin nψ); m is the mass ratio of the hinge offset, s the static
+moment ratio. Values are those of a rotor chosen here: γ = 8, ε = 0.05, κ = 0.1, K₁ = 0.2, μ = 0.3. The tip-path plane
+keeps the means. What it drops is of first order in μ, largest between the cyclic coordinates: {damping:.2f} in D,
+where c0 is {c0:.2f}, and {stiffness:.2f} in K, where k0 is {k0:.2f}."""
 
 
 def blade_letters(blade: PeriodicSystem) -> list[dict[str, Any]]:
@@ -92,6 +71,8 @@ def exhibit() -> Exhibit:
         numbers={"largest periodic term of D": size["D"], "largest periodic term of K": size["K"],
                  "largest periodic term of D over c0": size["D"] / values["c0"],
                  "largest periodic term of K over k0": size["K"] / values["k0"]},
+        text=in_letters(system.coordinates, {place: (N, *told) for place, told in FORMULAS.items()})
+        + "\n\n" + spelled_out(BLADE),
         figure=entries_over_azimuth(
             system.damping, system.stiffness, system.coordinates, revolution=1 / N,
             title=r"$N$ = 3, $\gamma$ = 8, $\varepsilon$ = 0.05, $\kappa$ = 0.1, $K_1$ = 0.2, $\mu$ = 0.3",

@@ -11,7 +11,7 @@ from floquet import Rotor, multiblade
 from floquet.exhibits import Exhibit
 from floquet.plot.entries import entries_over_azimuth
 
-from ._entries import entries, harmonics
+from ._entries import BLADE, entries, harmonics, in_letters, spelled_out
 
 ROTOR = Rotor(lock_number=8.0, hinge_offset=0.05, hinge_stiffness=0.1, pitch_flap_coupling=0.2, blades=4)
 MU = 0.3
@@ -51,14 +51,13 @@ FORMULAS = {
     ("f", "beta_1s"): (4, "fs1", "-fs3", "fc3"),
     ("f", "beta_d"): (2, "0", "-fc2", "-fs2"),
 }
-CAPTION = """The equation q'' + D q' + K q = f u of four blades, primes d/dψ, which the scan has lost, derived again;
-β_d is the differential coordinate, (-1)^i on blade i = 1 … 4. Every entry that is not zero is mean + cosine cos nψ +
-sine sin nψ with n in column per_rev, in the letters of one blade's equation, which table 1 spells out; values for the
-rotor of table 1 with a fourth blade. The means of the first three rows and columns are those of table 1, so the
-tip-path plane is the same; β_d keeps only its own c0 and k0. Between the first three, periodic terms are now of
-second order in μ: {plane:.2f} at most, where three blades have {three:.2f}. Those of first order have moved to the
-coupling with β_d at 2 per rev, up to {coupling:.2f}, and as that acts there and back, the error of the plane's
-eigenvalues is the same as of three blades."""
+CAPTION = """The equation q'' + D q' + K q = f u of four blades, primes d/dψ, derived again, as the copy at hand has
+lost it; β_d is the differential coordinate, (-1)^i on blade i = 1 … 4. Letters are those of one blade's equation,
+values those of the rotor of table 1 with a fourth blade. The means of the first three rows and columns are those of
+table 1, so the tip-path plane is the same; β_d keeps only its own c0 and k0. Between the first three, periodic terms
+are now of second order in μ: {plane:.2f} at most, where three blades have {three:.2f}. Those of first order have
+moved to the coupling with β_d at 2 per rev, up to {coupling:.2f}, and as that acts there and back, the error of the
+plane's eigenvalues is the same as of three blades."""
 
 
 def largest(table: list[dict[str, Any]], *, coupling: bool) -> float:
@@ -85,6 +84,7 @@ def exhibit() -> Exhibit:
         equations=("1", "3", "4", "B1", "B2", "B3", "B4", "B5"),
         table=table,
         numbers=numbers,
+        text=in_letters(system.coordinates, FORMULAS) + "\n\n" + spelled_out(BLADE),
         figure=entries_over_azimuth(
             system.damping, system.stiffness, system.coordinates, revolution=2 / N,
             title=r"$N$ = 4, $\gamma$ = 8, $\varepsilon$ = 0.05, $\kappa$ = 0.1, $K_1$ = 0.2, $\mu$ = 0.3",

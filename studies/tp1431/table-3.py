@@ -10,6 +10,8 @@ from floquet import PeriodicSystem, Rotor, tip_path_plane
 from floquet.exhibits import Exhibit
 from floquet.plot.entries import entries_against_mu
 
+from ._entries import BLADE, by_input, in_letters, spelled_out, typeset
+
 ROTOR = Rotor(lock_number=8.0, hinge_offset=0.05, hinge_stiffness=0.1, pitch_flap_coupling=0.2)
 MU = 0.3
 #: In the letters of one blade's equation; f0, fc1 and fs1 are those of each input.
@@ -68,14 +70,14 @@ PARAMETERS = {
     ("f", "a_1", "qdot_w"): "-1",
     ("f", "a_0", "normal_acceleration"): "s",
 }
-CAPTION = """The equation a'' + D a' + K a = f u of the tip-path plane, a = (a0, a1, b1), primes d/dψ, of which the
-scan has kept little, derived again: in the letters of one blade's equation, which table 1 spells out, and in the
-rotor's parameters, with P2 = 1 + kappa + m + gamma*K1/8*(1 - 4*eps/3). Values are for the rotor of table 1: γ = 8, ε
-= 0.05, κ = 0.1, K₁ = 0.2, μ = 0.3. The figure shows what forward flight adds to each entry. Most of it is what the
-cone does to the plane, of first order in μ: kc1 = {kc1:.2f} of a0 in the equation of a1, and in that of b1 cs1 =
-{cs1:.2f} of a0' and, with pitch-flap coupling, ks1 = {ks1:.2f} of a0. Back from the plane, a1 enters the equation of
-a0 with -γμε(1 - 2ε)/8 = {lift:.4f} alone: without hinge offset not at all, whatever K₁ is. Between a1 and b1 all is
-of second order."""
+CAPTION = """The equation a'' + D̃ a' + K̃ a = f̃ u of the tip-path plane, a = (a₀, a₁, b₁), primes d/dψ, derived again, as
+the copy at hand has kept little of it: in the letters of one blade's equation and in the rotor's parameters, with P²
+= 1 + κ + m + (γK₁/8) (1 − 4ε/3). The table's values, and those here, are for the rotor of table 1 (γ = 8, ε = 0.05, κ
+= 0.1, K₁ = 0.2, μ = 0.3); the figure has three others, named above it, and shows what forward flight adds to each
+entry. Most of it is what the cone does to the plane, of first order in μ: in K̃, −kc1 = {minus_kc1} of a₀ in the
+equation of a₁; in that of b₁, −cs1 = {minus_cs1} of a₀' in D̃ and, with pitch-flap coupling, −ks1 = {minus_ks1} of a₀
+in K̃. Back from the plane, a₁ enters the equation of a₀ with −γμε(1 − 2ε)/8 = {lift} alone: without hinge offset not
+at all, whatever K₁ is. Between a₁ and b₁ all is of second order."""
 
 
 def records(system: PeriodicSystem) -> list[dict[str, Any]]:
@@ -104,12 +106,17 @@ def exhibit() -> Exhibit:
     planes = {label: (model.damping.mean(), model.stiffness.mean()) for label, model in models.items()}
     letters = {"kc1": -value["K", "a_1", "a_0"], "cs1": -value["D", "b_1", "a_0"], "ks1": -value["K", "b_1", "a_0"]}
     lift = value["K", "a_0", "a_1"]
+    said = {f"minus_{name}": typeset(f"{-x:.2f}") for name, x in letters.items()} | {"lift": typeset(f"{lift:.4f}")}
+    means = {place: (0, formula, "0", "0") for place, formula in FORMULAS.items()}
+    forcing = {place[1:]: formula for place, formula in PARAMETERS.items() if place[0] == "f"}
     return Exhibit(
         title="Table 3. Tip-path plane equation",
-        caption=CAPTION.replace("\n", " ").format(lift=lift, **letters),
+        caption=CAPTION.replace("\n", " ").format(**said),
         equations=("5", "6"),
         table=table,
         numbers={**letters, "a1 in the equation of a0": lift, "det K": float(np.linalg.det(system.stiffness.mean()))},
+        text="\n\n".join([in_letters(system.coordinates, means, ("D̃", "K̃")), by_input(system.coordinates, forcing),
+                         spelled_out({"": BLADE[""]})]),
         figure=entries_against_mu(
             mu, planes, system.coordinates, FORMULAS,
             title=r"Tip-path plane at $\gamma$ = 8, others 0 unless named; nothing of $\kappa$ depends on $\mu$",

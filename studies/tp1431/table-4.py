@@ -23,18 +23,15 @@ FAMILIES = {
 }
 MODES = ("regressing", "coning", "advancing")
 NONE = complex(math.nan, math.nan)
-TITLE = r"""$\mu$ = 0.3; thin lines: exact to simple.
-Above: $\varepsilon$ = $\kappa$ = $K_1$ = 0.  Below: $\gamma$ = 8."""
-CAPTION = """Reconstructed: the roots of this table are lost, so its rotors are chosen here, after the report's
-figures 6 to 12. They are the eigenvalues of the tip-path plane (unreduced order, six) and of its reduced order
-(three), per rev and, as the report's footnote has it, in rad/s at Ω = 31.41 rad/s, and beside them the exact Floquet
-exponents of the same mode. Roots stand for their conjugates too; where one of the models has two reals instead, there
-are two rows. The reduced order keeps a slow pair for the regressing mode and one real root, which stands in the place
-of the coning pair and is unlike it; it has nothing for the advancing mode. In a lock a mode may have no exponent of
-its own, and the mean of the locked two is given (exact_is_mean). At γ = 8 the slow pair is {reduced:.0%} away from
-the exact regressing exponents and the unreduced order's {unreduced:.1%}. The reduced order serves at low Lock numbers
-({reduced_2:.1%} at γ = 2) and misleads at high ones ({reduced_16:.0%} at γ = 16), where it is damped a third as much
-as the rotor."""
+TITLE = r"""$\mu$ = 0.3. Above: $\varepsilon$ = $\kappa$ = $K_1$ = 0.
+Below: $\gamma$ = 8; lines: exact to simple."""
+CAPTION = """Reconstructed: the roots are lost, so rotors are chosen here, after figures 6 to 12. Eigenvalues of the
+tip-path plane (unreduced order, six) and of its reduced order (three), per rev and in rad/s at Ω = 31.41 rad/s,
+beside the exact Floquet exponents; a root stands for its conjugate too, two reals are two rows, and in a lock the
+mean of the locked two may stand for a mode (exact_is_mean). The reduced order keeps a slow pair for the regressing
+mode and one real root, unlike it, in the place of the coning pair. Its slow pair is {reduced} away from the exact
+regressing exponents at γ = 8, the unreduced order's {unreduced}. It serves at low Lock numbers ({reduced_2} at γ = 2)
+and misleads at high ones ({reduced_16} at γ = 16), where it is damped a third as much as the rotor."""
 
 
 def reduced_roots(rotor: Rotor) -> dict[str, Any]:
@@ -81,8 +78,10 @@ def exhibit() -> Exhibit:
     slow = {label: rows[0] for label, rows in series.items()}
     numbers = {f"{model} order, regressing, from the exact one, γ = {gamma}": away(slow[gamma], f"{model}")
                for gamma in ("2", "8", "16") for model in ("unreduced", "reduced")}  # fmt: skip
-    words = {"reduced": away(slow["8"], "reduced"), "unreduced": away(slow["8"], "unreduced"),
-             "reduced_2": away(slow["2"], "reduced"), "reduced_16": away(slow["16"], "reduced")}  # fmt: skip
+    words = {"reduced": f"{100.0 * away(slow['8'], 'reduced'):.0f} %",
+             "unreduced": f"{100.0 * away(slow['8'], 'unreduced'):.1f} %",
+             "reduced_2": f"{100.0 * away(slow['2'], 'reduced'):.1f} %",
+             "reduced_16": f"{100.0 * away(slow['16'], 'reduced'):.0f} %"}  # fmt: skip
     numbers |= {"damping of the slow pair, reduced order, γ = 8": slow["8"]["reduced"].real,
                 "frequency of the slow pair, reduced order, γ = 8": slow["8"]["reduced"].imag}  # fmt: skip
     return Exhibit(

@@ -5,6 +5,6 @@ blade               from the speeds and accelerations of a blade element to one 
 rotor               from one blade to the teetering rotor, multiblade coordinates and the tip-path plane
 ==================  =================================================================================================
 
-The tests hold the derivation against the report's printed equations (``test_blade``, ``test_rotor``) and the package's
-numbers against the derivation (``test_code``).
+The tests hold the derivation against the report's printed equations (``test_appendix_a``, ``test_appendix_b``,
+``test_tip_path_plane``) and the package's numbers against the derivation (``test_code``).
 """
