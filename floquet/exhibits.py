@@ -212,7 +212,7 @@ def _write(path: Path, text: str) -> None:
 # ---------------------------------------------------------------------- the page
 STYLE = """\
 body { font: 16px/1.5 system-ui, sans-serif; color: #222; max-width: 62rem; margin: 2rem auto; padding: 0 1rem; }
-pre { font-size: .8rem; line-height: 1.35; } h1 { line-height: 1.2; }
+pre { font-size: .74rem; line-height: 1.35; } h1 { line-height: 1.2; }
 h2 { margin-top: 4rem; border-top: 1px solid #ccc; padding-top: 1rem; font-size: 1.2rem; }
 nav { columns: 2; font-size: .9rem; } nav a { display: block; break-inside: avoid; color: inherit; }
 figure { margin: 1rem 0; } img { max-width: 100%; height: auto; }

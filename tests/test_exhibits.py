@@ -263,7 +263,7 @@ def by_hand(law: str, mu: float) -> dict[str, tuple[Array, Array]]:
         direct = -16 * 1.075 / (8.0 * (1 - 8 * 0.05 / 3 + 2 * 0.05**2))
         return {model: (G[1:, 5:7], direct * S) for model, G in models.items()}
     K_f = feedback_28(8.0, 0.05, 0.075, P2, k_3)
-    if law == "(26), scheduled feedback":
+    if law == "(26), scheduled":
         K_f = np.linalg.solve(plane[1:, 1:3], -k_3 * S - plane[1:, 5:7])
     return {model: (G[1:, 5:7] + G[1:, 1:3] @ K_f, -k_3 * S) for model, G in models.items()}
 
@@ -283,7 +283,7 @@ def test_question_6_is_every_law_closed_by_hand() -> None:
                 row = at[law, 0.0, mu]
                 assert row[f"residual_{model}"] == pytest.approx(residual, rel=1e-8, abs=1e-13)
                 assert row[f"coupling_{model}"] == pytest.approx(coupling, rel=1e-8, abs=1e-13)
-        if law in ("(C4), full mixing", "(16), teetering", "(26), scheduled feedback"):
+        if law in ("(C4), full mixing", "(16), teetering", "(26), scheduled"):
             assert all(at[law, 30.0, mu]["residual_tip_path_plane"] < 1e-12 for mu in (0.0, 0.3))
         assert at[law, 30.0, 0.0]["residual_periodic"] < 1e-12
     for name, number in found.numbers.items():

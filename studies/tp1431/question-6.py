@@ -29,7 +29,7 @@ K_3 = -decoupled_rate_response(ROTOR)
 
 LAWS = {
     "(14), hover gearing": 25, "(C4), full mixing": 30, "(16), teetering": 30,
-    "(19), by design": 30, "(28), hover feedback": 30, "(26), scheduled feedback": 30,
+    "(19), by design": 30, "(28), hover gains": 30, "(26), scheduled": 30,
 }  # fmt: skip
 """Law → the place in MU of its numbers."""
 
@@ -65,7 +65,7 @@ def exhibit() -> Exhibit:
         for i in (0, 15, 25, 30, 40)
     ]
     panels = []
-    for title, laws in (("Controls", list(LAWS)[:3]), ("Body rates", list(LAWS)[3:])):
+    for title, laws, low in (("Controls", list(LAWS)[:3], 1e-6), ("Body rates", list(LAWS)[3:], 1e-3)):
         curves = [
             Line(x=MU[1:], y=visible(found[0.0][law][f"coupling_{model}"][1:]), label=law * (style == "solid"),
                  colour=i, style=style)
@@ -74,7 +74,7 @@ def exhibit() -> Exhibit:
         ]  # fmt: skip
         panels.append(
             Panel(title=title, x="advance ratio $\\mu$", y="coupling over the promised response", curves=curves,
-                  log=True, xlim=(0.0, 0.5), ylim=(1e-6, 1.0))
+                  log=True, xlim=(0.0, 0.72), ylim=(low, 1.0))
         )  # fmt: skip
     return Exhibit(
         title="How much coupling is left when the decoupling laws are closed on the periodic equations?",
