@@ -31,7 +31,7 @@ from .models.flapping import blade
 from .models.hover import hover_coefficients
 from .models.physics import advance_ratios
 from .response import tip_path_plane_gains
-from .rotor import Hub, Rotor
+from .rotor import Hub, Rotor, plain
 from .validity import sign_changes
 
 __all__ = [
@@ -148,7 +148,7 @@ def hover_gearing(rotor: Rotor, k: Sequence[float] = UNIT, **options: Unpack[Phy
 def control_advance_angle(rotor: Rotor, **options: Unpack[PhysicsKeywords]) -> Any:
     """φ = atan((P² − 1)/c₀) [rad], eq. (15): how far the swash plate is turned with the rotor to decouple at hover."""
     c0, P2 = hover_coefficients(rotor, **options)
-    return _plain(np.arctan2(P2 - 1.0, c0))
+    return plain(np.arctan2(P2 - 1.0, c0))
 
 
 def teetering_gearing(rotor: Rotor, advance_ratio: ArrayLike, k: Sequence[float] = UNIT) -> Array:
@@ -321,7 +321,7 @@ def required_spring(rotor: Rotor, **options: Unpack[PhysicsKeywords]) -> Any:
     so is :func:`decoupling_spring`.
     """
     c0, _ = hover_coefficients(rotor, **options)
-    return _plain(c0 * _power(rotor, **options) / (2.0 * (1.0 + np.asarray(rotor.offset_mass_ratio))))
+    return plain(c0 * _power(rotor, **options) / (2.0 * (1.0 + np.asarray(rotor.offset_mass_ratio))))
 
 
 def decoupled_rate_response(rotor: Rotor, **options: Unpack[PhysicsKeywords]) -> Any:
@@ -330,7 +330,7 @@ def decoupled_rate_response(rotor: Rotor, **options: Unpack[PhysicsKeywords]) ->
     For ε = 0 it is −16/γ, eq. (23).  The report prints (20) with the numerator of ε = 0.
     """
     c0, _ = hover_coefficients(rotor, **options)
-    return _plain(-2.0 * (1.0 + np.asarray(rotor.offset_mass_ratio)) / c0)
+    return plain(-2.0 * (1.0 + np.asarray(rotor.offset_mass_ratio)) / c0)
 
 
 def decoupling_coupling(rotor: Rotor, **options: Unpack[PhysicsKeywords]) -> Any:
@@ -339,13 +339,13 @@ def decoupling_coupling(rotor: Rotor, **options: Unpack[PhysicsKeywords]) -> Any
     For ε = 0 it is γ/16 − 8κ/γ, eq. (22b); for κ = 0 and m = 1.5 ε eq. (25); (24) leaves m open.
     """
     missing = np.asarray(required_spring(rotor, **options)) - rotor.hinge_stiffness - rotor.offset_mass_ratio
-    return _plain(missing / _power(rotor, **options))
+    return plain(missing / _power(rotor, **options))
 
 
 def decoupling_spring(rotor: Rotor, **options: Unpack[PhysicsKeywords]) -> Any:
     """The κ that meets (19) with the rotor's other parameters; negative where no spring can."""
     _, P2 = hover_coefficients(rotor, **options)
-    return _plain(np.asarray(required_spring(rotor, **options)) - (P2 - 1.0 - rotor.hinge_stiffness))
+    return plain(np.asarray(required_spring(rotor, **options)) - (P2 - 1.0 - rotor.hinge_stiffness))
 
 
 def report_mass_ratio(offset: Array) -> Array:
@@ -503,8 +503,3 @@ def _matrix(rows: list[list[Array]]) -> Array:
 
 def _entries(matrix: Array) -> list[list[Array]]:
     return [[matrix[..., i, j] for j in range(matrix.shape[-1])] for i in range(matrix.shape[-2])]
-
-
-def _plain(value: Any) -> Any:
-    """A Python number of a single case."""
-    return value if np.ndim(value) else float(value)

@@ -300,7 +300,7 @@ def analysis_text(rotor: Rotor, advance_ratio: float, comparison: Comparison) ->
     bounds = zip(stability.exponents, stability.exponent_errors, strict=True)
     lock = "no lock" if math.isnan(stability.lock) else f"locked at {per_rev(float(stability.lock))} per rev"
     headers = ["mode", "Floquet", "simple model", "error", "rule", "cause"]
-    seconds = ["frequency, Hz", "half after, s"] if rotor.rotor_speed else []
+    seconds = ["damped frequency, Hz", "half after, s"] if rotor.rotor_speed else []
     lines = [
         f"{title(rotor)} at advance ratio {number(advance_ratio)}: {verdict_word(stability)}",
         "",

@@ -29,6 +29,7 @@ from .models import input_vector
 from .passage import Passage, passage
 from .period_map import EPS
 from .periodic import PeriodicMatrix, PeriodicSystem
+from .rotor import plain
 
 __all__ = [
     "PeriodicResponse", "StepResponse", "flap_angle", "periodic_response", "reduced_order", "steady_gains",
@@ -171,8 +172,8 @@ def periodic_response(system: PeriodicSystem, inputs: Inputs) -> PeriodicRespons
         values=x[..., :n],
         rates=x[..., n:] if system.second_order else np.full_like(x, np.nan),
         harmonics=harmonics,
-        error=_plain(np.where(np.isnan(bound), np.inf, bound)),
-        harmonic_error=_plain(np.where(np.isnan(bound), np.inf, bound + beyond.max(axis=-1))),
+        error=plain(np.where(np.isnan(bound), np.inf, bound)),
+        harmonic_error=plain(np.where(np.isnan(bound), np.inf, bound + beyond.max(axis=-1))),
     )
 
 
@@ -315,7 +316,7 @@ def step_response(
         coordinates=system.coordinates,
         azimuths=psi,
         values=x[..., : system.degrees],
-        error=_plain(np.abs(x - other).max(axis=(-2, -1)) + rounding),
+        error=plain(np.abs(x - other).max(axis=(-2, -1)) + rounding),
     )
 
 
@@ -326,11 +327,6 @@ def flap_angle(plane: ArrayLike, azimuths: ArrayLike, precone: float = 0.0) -> A
         raise ParameterError("plane", a.shape, f"shape {a.shape} is no (a₀, a₁, b₁) or (a₁, b₁) along the last axis")
     a0 = a[..., 0] if a.shape[-1] == 3 else precone
     return np.asarray(a0 - a[..., -2] * np.cos(psi) - a[..., -1] * np.sin(psi))
-
-
-def _plain(value: Array) -> Any:
-    """A Python number of a single case."""
-    return value if np.ndim(value) else float(value)
 
 
 def _checked(system: PeriodicSystem) -> PeriodicSystem:

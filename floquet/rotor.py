@@ -44,7 +44,7 @@ from floquet.errors import ConfigError, ParameterError, Problem, did_you_mean
 if TYPE_CHECKING:
     from floquet.tomlfile import Document
 
-__all__ = ["PARAMETERS", "Hub", "Parameter", "Rotor", "Word", "dump_rotor", "load_rotor"]
+__all__ = ["PARAMETERS", "Hub", "Parameter", "Rotor", "Word", "dump_rotor", "load_rotor", "plain"]
 
 Values: TypeAlias = "float | NDArray[np.float64]"
 _T = TypeVar("_T")
@@ -207,13 +207,13 @@ class Rotor:
     @property
     def flap_frequency(self) -> Values:
         """ν_β = sqrt(1 + κ + m), per rev: the structure alone."""
-        return _plain(np.sqrt(1.0 + self.hinge_stiffness + self.offset_mass_ratio))
+        return plain(np.sqrt(1.0 + self.hinge_stiffness + self.offset_mass_ratio))
 
     @property
     def frequency_ratio_squared(self) -> Values:
         """P² = 1 + κ + m + (γ K₁ / 8)(1 − 4ε/3), per rev²: with the aerodynamic spring, truncated."""
         aerodynamic = self.lock_number * self.pitch_flap_coupling / 8.0 * (1.0 - 4.0 * self.hinge_offset / 3.0)
-        return _plain(1.0 + self.hinge_stiffness + self.offset_mass_ratio + aerodynamic)
+        return plain(1.0 + self.hinge_stiffness + self.offset_mass_ratio + aerodynamic)
 
     def replace(self, **changes: Any) -> Rotor:
         """A rotor with some fields changed; a derived offset_mass_ratio follows, sources of changed values go."""
@@ -269,9 +269,9 @@ def _short(value: Any) -> str:
     return str(value) if isinstance(value, Hub) else f"{value:.6g}" if isinstance(value, float) else repr(value)
 
 
-def _plain(value: Any) -> Values:
-    """Zero-dimensional values as Python floats, others as they are."""
-    return float(value) if np.ndim(value) == 0 else value
+def plain(value: Any) -> Any:
+    """Zero-dimensional values as Python numbers, others as they are."""
+    return np.asarray(value).item() if np.ndim(value) == 0 else value
 
 
 # Validation: every value has one function that returns it in its final form or raises ParameterError.

@@ -291,9 +291,9 @@ errata = (
         3,
         "(20) with the numerator of ε = 0",
         DECOUPLING,
-        "    return _plain(-2.0 * (1.0 + np.asarray(rotor.offset_mass_ratio)) / c0)\n",
+        "    return plain(-2.0 * (1.0 + np.asarray(rotor.offset_mass_ratio)) / c0)\n",
         "    spring, gamma = np.asarray(required_spring(rotor, **options)), np.asarray(rotor.lock_number)\n"
-        "    return _plain(-(gamma / 4 + gamma / 8 * spring) / (spring**2 + c0**2))\n",
+        "    return plain(-(gamma / 4 + gamma / 8 * spring) / (spring**2 + c0**2))\n",
     ),
     _erratum(
         4,

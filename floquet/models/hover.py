@@ -21,7 +21,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..errors import ParameterError
-from ..rotor import Hub, Rotor
+from ..rotor import Hub, Rotor, plain
 from .flapping import blade
 from .inputs import FORCING, input_vector
 from .physics import Physics, PhysicsKeywords, advance_ratios
@@ -77,16 +77,16 @@ def hover_modes(rotor: Rotor, **options: Unpack[PhysicsKeywords]) -> HoverModes:
     advancing = np.where(over, np.hypot(zeta * P - spread, 1.0), np.sqrt(1.0 + P2 + 2.0 * swing))
     regressing = np.where(over, np.hypot(zeta * P + spread, 1.0), np.sqrt(1.0 + P2 - 2.0 * swing))
     return HoverModes(
-        coning=HoverMode(frequency=_plain(P), damping_ratio=_plain(zeta), exponents=_pair(-zeta * P, spread, swing)),
+        coning=HoverMode(frequency=plain(P), damping_ratio=plain(zeta), exponents=_pair(-zeta * P, spread, swing)),
         advancing=_mode(advancing, zeta * P - spread, swing + 1.0),
         regressing=_mode(regressing, zeta * P + spread, np.abs(swing - 1.0)),
-        overdamped=_plain(over),
+        overdamped=plain(over),
     )
 
 
 def _mode(frequency: Array, decay: Array, turning: Array) -> HoverMode:
     return HoverMode(
-        frequency=_plain(frequency), damping_ratio=_plain(decay / frequency), exponents=_pair(-decay, 0.0, turning)
+        frequency=plain(frequency), damping_ratio=plain(decay / frequency), exponents=_pair(-decay, 0.0, turning)
     )
 
 
@@ -123,7 +123,7 @@ def hover_response(
     a0 = (control * theta_0 + twist * theta_t + through * inflow + static * normal) / P2
     a1 = ((P2 - 1.0) * M_a - c0 * M_b) / delta
     b1 = (c0 * M_a + (P2 - 1.0) * M_b) / delta
-    return _plain(a0), _plain(a1), _plain(b1)
+    return plain(a0), plain(a1), plain(b1)
 
 
 def _with_coning(rotor: Rotor) -> None:
@@ -135,8 +135,3 @@ def _with_coning(rotor: Rotor) -> None:
             "a teetering rotor has no coning, which eqs. (9) and (13a) are of: use tip_path_plane(rotor, 0.0) with "
             "stability() or steady_state()",
         )
-
-
-def _plain(value: NDArray[Any]) -> Any:
-    """A Python number of a single case."""
-    return value if np.ndim(value) else value.item()

@@ -1,14 +1,8 @@
 """Figure 7. Effect of advance ratio on the TPP dynamics, ε = 0.15, κ = K₁ = 0."""
 
-from __future__ import annotations
-
-import numpy as np
-
-from floquet import Rotor, lock_windows
 from floquet.exhibits import Exhibit
-from floquet.families import forward_records, forward_rows
-from floquet.plot.loci import forward_loci
-from floquet.validity import split_edges
+
+from ._forward import forward
 
 VALUES = {"hinge_offset": 0.15}
 TITLE = "Figure 7. Effect of advance ratio on the TPP dynamics, ε = 0.15, κ = K₁ = 0"
@@ -22,17 +16,7 @@ rev."""
 
 
 def exhibit() -> Exhibit:
-    rows = forward_rows(np.linspace(0.0, 0.4, 41), **VALUES)
-    table = forward_records(rows, (0.0, 0.1, 0.2, 0.3, 0.4))
-    last = {r["lock_number"]: r for r in table if r["advance_ratio"] == 0.4 and r["mode"] == "regressing"}
-    numbers = {f"TPP regressing moved up to μ = 0.4, γ = {g:g}": last[g]["moved"] for g in (8.0, 10.0, 12.0, 14.0)}
-    numbers["error of TPP regressing, γ = 8, μ = 0.4"] = last[8.0]["error"]
-    for g in (10.0, 12.0, 14.0):
-        numbers[f"μ at which TPP regressing splits, γ = {g:g}"] = split_edges(Rotor(lock_number=g, **VALUES), 0.4)[0]
-    for g in (10.0, 12.0):
-        enter, _, per_rev = lock_windows(Rotor(lock_number=g, **VALUES), 0.4)[0]
-        numbers[f"μ at which Floquet locks at {per_rev:g} per rev, γ = {g:g}"] = enter
-    return Exhibit(
-        title=TITLE, caption=CAPTION.replace("\n", " "), equations=("1", "6"), table=table, numbers=numbers,
-        figure=forward_loci(rows, r"$\varepsilon$ = 0.15, $\kappa$ = $K_1$ = 0"),
+    return forward(
+        VALUES, moved=(8.0, 10.0, 12.0, 14.0), split=(10.0, 12.0, 14.0), locked=(10.0, 12.0),
+        title=TITLE, caption=CAPTION, heading=r"$\varepsilon$ = 0.15, $\kappa$ = $K_1$ = 0",
     )  # fmt: skip

@@ -1,14 +1,8 @@
 """Figure 9. Effect of advance ratio on the TPP modes, K₁ = 0.225, ε = κ = 0."""
 
-from __future__ import annotations
-
-import numpy as np
-
-from floquet import Rotor, lock_windows
 from floquet.exhibits import Exhibit
-from floquet.families import forward_records, forward_rows
-from floquet.plot.loci import forward_loci
-from floquet.validity import split_edges
+
+from ._forward import forward
 
 VALUES = {"pitch_flap_coupling": 0.225}
 TITLE = "Figure 9. Effect of advance ratio on the TPP modes, K₁ = 0.225, ε = κ = 0"
@@ -21,17 +15,7 @@ TPP pair splits for these and for 10. At γ = 16 regressing and coning lock at �
 
 
 def exhibit() -> Exhibit:
-    rows = forward_rows(np.linspace(0.0, 0.4, 41), **VALUES)
-    table = forward_records(rows, (0.0, 0.1, 0.2, 0.3, 0.4))
-    last = {r["lock_number"]: r for r in table if r["advance_ratio"] == 0.4 and r["mode"] == "regressing"}
-    numbers = {f"TPP regressing moved up to μ = 0.4, γ = {g:g}": last[g]["moved"] for g in (6.0, 8.0, 10.0)}
-    numbers["error of TPP regressing, γ = 8, μ = 0.4"] = last[8.0]["error"]
-    for g in (6.0, 8.0, 10.0):
-        numbers[f"μ at which TPP regressing splits, γ = {g:g}"] = split_edges(Rotor(lock_number=g, **VALUES), 0.4)[0]
-    for g in (6.0, 8.0, 16.0):
-        enter, _, per_rev = lock_windows(Rotor(lock_number=g, **VALUES), 0.4)[0]
-        numbers[f"μ at which Floquet locks at {per_rev:g} per rev, γ = {g:g}"] = enter
-    return Exhibit(
-        title=TITLE, caption=CAPTION.replace("\n", " "), equations=("1", "6"), table=table, numbers=numbers,
-        figure=forward_loci(rows, r"$K_1$ = 0.225, $\varepsilon$ = $\kappa$ = 0", enlarged=5),
+    return forward(
+        VALUES, moved=(6.0, 8.0, 10.0), split=(6.0, 8.0, 10.0), locked=(6.0, 8.0, 16.0),
+        title=TITLE, caption=CAPTION, heading=r"$K_1$ = 0.225, $\varepsilon$ = $\kappa$ = 0", enlarged=5,
     )  # fmt: skip
