@@ -85,11 +85,11 @@ class Passage:
         eye, panels = np.eye(self.transitions.shape[-1]), self.transitions.shape[-3]
         E = np.zeros((*sizes.shape[:-2], sizes.shape[-1], *eye.shape)) if start is None else start
         count = 0.0 if start is None else panels + 1.0
-        out = [np.sqrt(count * np.trace(E, axis1=-2, axis2=-1))]
+        out = [np.sqrt(count * _size(E))]
         for k in range(panels):
             Phi = self.transitions[..., k, None, :, :]
             E = Phi @ E @ np.swapaxes(Phi, -1, -2) + added[..., k, :, None, None] ** 2 * eye
-            out.append(np.sqrt((count + k + 1.0) * np.trace(E, axis1=-2, axis2=-1)))
+            out.append(np.sqrt((count + k + 1.0) * _size(E)))
         return np.stack(out, axis=-2), E
 
 
@@ -118,6 +118,11 @@ def passage(
     )
     n = system.states
     return Passage(maps[..., :n], maps[..., n:], outputs)
+
+
+def _size(E: Array) -> Array:
+    """tr E, of which rounding may have turned a sign where the motion decays by many decades."""
+    return np.asarray(np.abs(np.diagonal(E, axis1=-2, axis2=-1)).sum(axis=-1))
 
 
 def _nodes(phase: float) -> tuple[int, int]:
