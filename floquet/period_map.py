@@ -138,8 +138,11 @@ def hill_form(system: PeriodicSystem) -> tuple[PeriodicMatrix, Array, Array | No
     assert system.stiffness is not None
     k = system.stiffness
     d = system.damping if system.damping is not None else PeriodicMatrix.constant(np.zeros((1, 1)), k.period)
-    d = d + 0.0 * k  # on the pieces of q
-    q = k - 0.5 * d.derivative() - 0.25 * (d @ d)
+    if k.edges is not None:
+        d = d + 0 * k  # on the pieces of q
+    q = k - d.derivative() / 2 - (d @ d) / 4
+    if q.edges is None:
+        return q, -0.5 * d.mean()[..., 0, 0], None
     kicks = 0.5 * d.jumps()[..., 0, 0]
     kicks = np.where(np.abs(kicks) <= 1e-14 * (1.0 + d.bound()[..., 0, :]), 0.0, kicks)  # the rounding of equal values
     return q, -0.5 * d.mean()[..., 0, 0], kicks if np.any(kicks) else None

@@ -3,11 +3,15 @@
 A :class:`PeriodicMatrix` is a real matrix of trigonometric polynomials, possibly a different one on each piece between
 kinks::
 
-    A(ψ) = Σ_h c[h] exp(i h ω ψ),   |h| ≤ H,   ω = 2π / period
+    A(ψ) = A₀ + Σ_h C_h cos hωψ + S_h sin hωψ,   1 ≤ h ≤ H,   ω = 2π / period
 
 It knows ``+``, ``-``, ``@``, a derivative, a mean, a shift and samples, so that the multiblade transformation reads
 as the report prints it (eq. B5): ``D = Ti @ (2 * T.derivative() + A @ T)``.  Leading axes are cases (rotors, advance
-ratios …) and broadcast.
+ratios …) and broadcast.  In memory the cases lie side by side (structure of arrays), whatever the order of the axes,
+so that a term of a million cases is one contiguous row.
+
+Coefficients are doubles, or exact: an object array of ``fractions.Fraction``, which sums, products and derivatives
+keep exact (samples and means over pieces do not).
 
 A :class:`PeriodicSystem` is ``q'' + D q' + K q = F u`` or ``x' = A x + F u``; primes are d/dψ.
 """
@@ -17,6 +21,8 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from fractions import Fraction
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -24,10 +30,12 @@ from numpy.typing import ArrayLike, NDArray
 
 from .errors import ParameterError
 
-__all__ = ["TWO_PI", "PeriodicMatrix", "PeriodicSystem"]
+__all__ = ["TWO_PI", "PeriodicMatrix", "PeriodicSystem", "fractions"]
 
 Array = NDArray[np.float64]
 TWO_PI = 2.0 * math.pi
+PI = Fraction("3.14159265358979323846264338327950288419716939937510582097494")
+ENTRYWISE = 64  # cases from which products entry by entry are faster than small matrix products
 
 
 @dataclass(frozen=True, eq=False)
@@ -36,15 +44,15 @@ class PeriodicMatrix:
 
     Parameters
     ----------
-    coefficients : complex (..., pieces, 2H+1, n, m)
-        Fourier coefficients of the harmonics −H … H, on each piece.
+    coefficients : (..., pieces, 2H+1, n, m)
+        A₀, C₁, S₁, C₂, S₂ … on each piece.
     period : float
         Period of harmonic 1.
     edges : float (..., pieces+1), optional
         Where the pieces meet, from 0 to ``period``; None for a single piece.  Pieces may have no length.
     """
 
-    coefficients: NDArray[np.complex128]
+    coefficients: NDArray[Any]
     period: float = TWO_PI
     edges: Array | None = None
 
@@ -54,15 +62,14 @@ class PeriodicMatrix:
     @staticmethod
     def constant(value: ArrayLike, period: float = TWO_PI) -> PeriodicMatrix:
         """A matrix (..., n, m) that does not change."""
-        return PeriodicMatrix(np.asarray(value, float)[..., None, None, :, :] + 0j, period)
+        return PeriodicMatrix(_numbers(value)[..., None, None, :, :], period)
 
     @staticmethod
     def harmonic(order: int, cosine: ArrayLike, sine: ArrayLike, period: float = TWO_PI) -> PeriodicMatrix:
         """``cosine cos(order ω ψ) + sine sin(order ω ψ)`` for matrices (..., n, m) and order ≥ 1."""
-        c, s = np.broadcast_arrays(np.asarray(cosine, float), np.asarray(sine, float))
-        out = np.zeros((*c.shape[:-2], 1, 2 * order + 1, *c.shape[-2:]), complex)
-        out[..., 0, 2 * order, :, :] = 0.5 * (c - 1j * s)
-        out[..., 0, 0, :, :] = 0.5 * (c + 1j * s)
+        c, s = np.broadcast_arrays(_numbers(cosine), _numbers(sine))
+        out = _zeros(c.shape[:-2], (1, 2 * order + 1, *c.shape[-2:]), np.result_type(c, s))
+        out[..., 0, 2 * order - 1, :, :], out[..., 0, 2 * order, :, :] = c, s
         return PeriodicMatrix(out, period)
 
     @staticmethod
@@ -75,16 +82,28 @@ class PeriodicMatrix:
     ) -> PeriodicMatrix:
         """The 1×1 matrix ``mean + Σ cosines[n-1] cos nωψ + sines[n-1] sin nωψ``; entries broadcast over cases."""
         order = max(len(cosines), len(sines))
-        columns = [np.asarray(x, float) for x in (mean, *cosines, *sines)]
-        shape = np.broadcast_shapes(*(x.shape for x in columns))
-        out = np.zeros((*shape, 1, 2 * order + 1, 1, 1), complex)
-        out[..., 0, order, 0, 0] = columns[0]
-        for n in range(1, order + 1):
-            c = columns[n] if n <= len(cosines) else 0.0
-            s = columns[len(cosines) + n] if n <= len(sines) else 0.0
-            out[..., 0, order + n, 0, 0] = 0.5 * (c - 1j * np.asarray(s))
-            out[..., 0, order - n, 0, 0] = 0.5 * (c + 1j * np.asarray(s))
+        rows = [_numbers(mean), *([np.zeros(())] * (2 * order))]
+        rows[1 : 2 * len(cosines) : 2] = [_numbers(c) for c in cosines]
+        rows[2 : 2 * len(sines) + 1 : 2] = [_numbers(s) for s in sines]
+        out = _zeros(np.broadcast_shapes(*(r.shape for r in rows)), (1, 2 * order + 1, 1, 1), np.result_type(*rows))
+        for n, row in enumerate(rows):
+            out[..., 0, n, 0, 0] = row
         return PeriodicMatrix(out, period)
+
+    @staticmethod
+    def sine_polynomial(coefficients: Sequence[ArrayLike], amplitude: ArrayLike) -> PeriodicMatrix:
+        """The 1×1 matrix ``Σ coefficients[b] (amplitude sin ψ)^b`` of period 2π; entries broadcast over cases."""
+        amplitude = _numbers(amplitude)
+        exact = amplitude.dtype == object
+        shape = np.broadcast_shapes(amplitude.shape, *(np.shape(c) for c in coefficients))
+        out = _zeros(shape, (1, 2 * len(coefficients) - 1, 1, 1), amplitude.dtype)
+        power: Any = 1
+        for b, c in enumerate(coefficients):
+            weight = c * power
+            for row, value in _sine_power(b, exact):
+                out[..., 0, row, 0, 0] += value * weight
+            power = power * amplitude
+        return PeriodicMatrix(out)
 
     @staticmethod
     def assemble(blocks: Sequence[Sequence[PeriodicMatrix | None]]) -> PeriodicMatrix:
@@ -133,14 +152,15 @@ class PeriodicMatrix:
         extra = order - self.order
         if extra <= 0:
             return self
-        pad = [(0, 0)] * self.coefficients.ndim
-        pad[-3] = (extra, extra)
-        return replace(self, coefficients=np.pad(self.coefficients, pad))
+        *cases, pieces, terms, n, m = self.coefficients.shape
+        out = _zeros(tuple(cases), (pieces, terms + 2 * extra, n, m), self.coefficients.dtype)
+        out[..., :terms, :, :] = self.coefficients
+        return replace(self, coefficients=out)
 
     def embedded(self, top: int, left: int, rows: int, columns: int) -> PeriodicMatrix:
         """This matrix as a block of a zero matrix of ``rows`` by ``columns``."""
-        n, m = self.shape
-        out = np.zeros((*self.coefficients.shape[:-2], rows, columns), complex)
+        *cases, pieces, terms, n, m = self.coefficients.shape
+        out = _zeros(tuple(cases), (pieces, terms, rows, columns), self.coefficients.dtype)
         out[..., top : top + n, left : left + m] = self.coefficients
         return replace(self, coefficients=out)
 
@@ -154,28 +174,48 @@ class PeriodicMatrix:
         edges = None if self.edges is None else np.broadcast_to(self.edges, self.cases + self.edges.shape[-1:])[index]
         return replace(self, coefficients=full[index], edges=edges)
 
+    def flat(self, cases: tuple[int, ...]) -> PeriodicMatrix:
+        """The same matrix for all of ``cases``, along one axis."""
+        *_, pieces, terms, n, m = self.coefficients.shape
+        count = math.prod(cases)
+        c = self.coefficients
+        out = _zeros((count,), (pieces, terms, n, m), c.dtype)
+        out[...] = np.broadcast_to(c, (*cases, pieces, terms, n, m)).reshape(count, pieces, terms, n, m)
+        edges = self.edges
+        if edges is not None:
+            edges = np.broadcast_to(edges, (*cases, edges.shape[-1])).reshape(count, -1)
+        return replace(self, coefficients=out, edges=edges)
+
+    def exact(self) -> PeriodicMatrix:
+        """The same matrix with its coefficients as fractions."""
+        return replace(self, coefficients=fractions(self.coefficients))
+
     # ------------------------------------------------------------------ algebra
     def __add__(self, other: PeriodicMatrix) -> PeriodicMatrix:
         a, b = _on_common_pieces(self, other)
-        order = max(a.order, b.order)
-        return replace(a, coefficients=a.widened(order).coefficients + b.widened(order).coefficients)
+        long, short = (a.coefficients, b.coefficients) if a.order >= b.order else (b.coefficients, a.coefficients)
+        if long.shape[-3] == short.shape[-3]:
+            return replace(a, coefficients=long + short)
+        shape = np.broadcast_shapes(long.shape[:-3], short.shape[:-3])
+        out = _zeros(shape[:-1], (shape[-1], *long.shape[-3:]), np.result_type(long, short))
+        out[...] = long
+        out[..., : short.shape[-3], :, :] += short
+        return replace(a, coefficients=out)
 
     def __sub__(self, other: PeriodicMatrix) -> PeriodicMatrix:
-        return self + (-1.0) * other
+        return self + (-1) * other
 
     def __rmul__(self, factor: ArrayLike) -> PeriodicMatrix:
         """Scale by one number a case."""
-        scale = np.asarray(factor, float)[..., None, None, None, None]
-        return replace(self, coefficients=scale * self.coefficients)
+        return replace(self, coefficients=np.asarray(factor)[..., None, None, None, None] * self.coefficients)
+
+    def __truediv__(self, divisor: int) -> PeriodicMatrix:
+        """Divide by a whole number, which keeps exact coefficients exact."""
+        return replace(self, coefficients=self.coefficients / divisor)
 
     def __matmul__(self, other: PeriodicMatrix) -> PeriodicMatrix:
         a, b = _on_common_pieces(self, other)
-        order = a.order + b.order
-        shape = np.broadcast_shapes(a.coefficients.shape[:-3], b.coefficients.shape[:-3])
-        out = np.zeros((*shape, 2 * order + 1, self.shape[0], other.shape[1]), complex)
-        for h in range(2 * a.order + 1):
-            out[..., h : h + 2 * b.order + 1, :, :] += a.coefficients[..., h : h + 1, :, :] @ b.coefficients
-        return replace(a, coefficients=out)
+        return replace(a, coefficients=_product(a.coefficients, b.coefficients))
 
     def transpose(self) -> PeriodicMatrix:
         """Aᵀ."""
@@ -183,13 +223,24 @@ class PeriodicMatrix:
 
     def derivative(self) -> PeriodicMatrix:
         """dA/dψ inside the pieces; a jump between pieces is not differentiated."""
-        h = np.arange(-self.order, self.order + 1) * (TWO_PI / self.period)
-        return replace(self, coefficients=self.coefficients * (1j * h)[:, None, None])
+        c = self.coefficients
+        out = _zeros(c.shape[:-4], c.shape[-4:], c.dtype)
+        omega = _frequency(self.period, exact=c.dtype == object)
+        for h in range(1, self.order + 1):
+            out[..., 2 * h - 1, :, :] = (h * omega) * c[..., 2 * h, :, :]
+            out[..., 2 * h, :, :] = (-h * omega) * c[..., 2 * h - 1, :, :]
+        return replace(self, coefficients=out)
 
     def shifted(self, angle: float) -> PeriodicMatrix:
         """A(ψ + angle)."""
-        h = np.arange(-self.order, self.order + 1) * (TWO_PI / self.period)
-        turned = replace(self, coefficients=self.coefficients * np.exp(1j * h * angle)[:, None, None])
+        c = self.coefficients
+        out = _zeros(c.shape[:-4], c.shape[-4:], c.dtype)
+        out[..., 0, :, :] = c[..., 0, :, :]
+        for h in range(1, self.order + 1):
+            cosine, sine = _turned(h * TWO_PI / self.period * angle)
+            out[..., 2 * h - 1, :, :] = cosine * c[..., 2 * h - 1, :, :] + sine * c[..., 2 * h, :, :]
+            out[..., 2 * h, :, :] = cosine * c[..., 2 * h, :, :] - sine * c[..., 2 * h - 1, :, :]
+        turned = replace(self, coefficients=out)
         if self.edges is None:
             return turned
         inner = np.sort(np.mod(self.edges[..., :-1] - angle, self.period), axis=-1)
@@ -198,16 +249,20 @@ class PeriodicMatrix:
         middle = np.mod(0.5 * (edges[..., 1:] + edges[..., :-1]) + angle, self.period)
         return replace(turned.gathered(self.piece_of(middle)), edges=edges)
 
-    def mean(self) -> Array:
+    def mean(self) -> NDArray[Any]:
         """Average over one period, (..., n, m)."""
+        c = self.coefficients
         if self.edges is None:
-            return self.coefficients[..., 0, self.order, :, :].real
-        h = np.arange(-self.order, self.order + 1) * (TWO_PI / self.period)
-        a, b = self.edges[..., :-1, None], self.edges[..., 1:, None]
+            return c[..., 0, 0, :, :]
+        a, b = self.edges[..., :-1], self.edges[..., 1:]
         middle, half = 0.5 * (a + b), 0.5 * (b - a)
-        weight = np.exp(1j * h * middle) * (2.0 * half * np.sinc(h * half / math.pi)) / self.period
-        terms = weight[..., None, None] * self.coefficients
-        return _added(_added(terms, -4), -3).real
+        total = (2.0 * half)[..., None, None] * c[..., 0, :, :]
+        for h in range(1, self.order + 1):
+            k = h * TWO_PI / self.period
+            weight = (2.0 * half * np.sinc(k * half / math.pi))[..., None, None]
+            cosine, sine = np.cos(k * middle)[..., None, None], np.sin(k * middle)[..., None, None]
+            total = total + weight * (cosine * c[..., 2 * h - 1, :, :] + sine * c[..., 2 * h, :, :])
+        return _added(total, -3) / self.period
 
     # ------------------------------------------------------------------ values
     def piece_of(self, psi: Array) -> NDArray[np.intp]:
@@ -231,16 +286,20 @@ class PeriodicMatrix:
             c = self.gathered(self.piece_of(np.mod(psi, self.period))).coefficients
         phase = (TWO_PI / self.period) * psi
         out = np.array(
-            np.broadcast_to(c[..., self.order, :, :].real, (*np.broadcast_shapes(c.shape[:-3], psi.shape), *self.shape))
+            np.broadcast_to(c[..., 0, :, :], (*np.broadcast_shapes(c.shape[:-3], psi.shape), *self.shape)), float
         )
         for h in range(1, self.order + 1):  # elementwise, so that a case's bits do not depend on its neighbours
-            z = c[..., self.order + h, :, :]
-            out += 2.0 * (np.cos(h * phase)[..., None, None] * z.real - np.sin(h * phase)[..., None, None] * z.imag)
+            cosine, sine = np.cos(h * phase)[..., None, None], np.sin(h * phase)[..., None, None]
+            out += cosine * c[..., 2 * h - 1, :, :] + sine * c[..., 2 * h, :, :]
         return out
 
     def bound(self) -> Array:
         """An upper bound of |entries| over ψ, (..., n, m)."""
-        return np.max(_added(np.abs(self.coefficients), -3), axis=-3)
+        c = self.coefficients
+        total = np.abs(c[..., 0, :, :])
+        for h in range(1, self.order + 1):
+            total = total + np.hypot(c[..., 2 * h - 1, :, :], c[..., 2 * h, :, :])
+        return np.max(total, axis=-3)
 
     def jumps(self) -> Array:
         """A(edge+) − A(edge−) at every edge but the last, (..., pieces, n, m); zero for a single piece."""
@@ -251,6 +310,102 @@ class PeriodicMatrix:
         psi = self.edges[..., :-1, None]  # one azimuth for each piece, the pieces taken as cases
         values = [replace(m, coefficients=m.coefficients[..., None, :, :, :]).sample(psi) for m in (after, before)]
         return (values[0] - values[1])[..., 0, :, :]
+
+
+def _numbers(value: ArrayLike) -> NDArray[Any]:
+    """Doubles, or exact numbers as they are."""
+    array = np.asarray(value)
+    return array if array.dtype == object else array.astype(float, copy=False)
+
+
+def fractions(values: NDArray[Any]) -> NDArray[Any]:
+    """An object array of the same numbers as fractions."""
+    out = np.empty(values.shape, object)
+    for i in np.ndindex(values.shape):
+        out[i] = Fraction(values[i])
+    return out
+
+
+def _zeros(cases: tuple[int, ...], inner: tuple[int, ...], dtype: Any) -> NDArray[Any]:
+    """Zeros (*cases, *inner) with the cases side by side in memory."""
+    k = len(cases)
+    return np.zeros((*inner, *cases), dtype).transpose(*range(len(inner), len(inner) + k), *range(len(inner)))
+
+
+def _product(a: NDArray[Any], b: NDArray[Any]) -> NDArray[Any]:
+    """Coefficients of the product of two trigonometric polynomials of matrices, (..., 2H+1, n, m) each.
+
+    cos i cos j = ½[cos(i-j) + cos(i+j)] and so on; terms that are zero in every case are left out.
+    """
+    H, J = a.shape[-3] // 2, b.shape[-3] // 2
+    shape = np.broadcast_shapes(a.shape[:-3], b.shape[:-3])
+    inner = (shape[-1], 2 * (H + J) + 1, a.shape[-2], b.shape[-1])
+    out = _zeros(shape[:-1], inner, np.result_type(a, b))
+
+    def rows(c: NDArray[Any], h: int) -> list[tuple[int, NDArray[Any]]]:
+        """Terms of a harmonic that are not zero: 0 the cosine (or the mean), 1 the sine."""
+        terms = [(0, c[..., 0, :, :])] if h == 0 else [(k, c[..., 2 * h - 1 + k, :, :]) for k in (0, 1)]
+        return [(k, t) for k, t in terms if np.any(t)]
+
+    def add(h: int, sine: bool, value: NDArray[Any]) -> None:
+        row = 0 if h == 0 else 2 * abs(h) - 1 + sine
+        if h != 0 or not sine:
+            out[..., row, :, :] += -value if sine and h < 0 else value
+
+    for i in range(H + 1):
+        for j in range(J + 1):
+            for k, x in rows(a, i):
+                for l, y in rows(b, j):
+                    z = x * y if x.shape[-2:] == (1, 1) == y.shape[-2:] else _matmul(x, y)
+                    if i == 0 or j == 0:
+                        add(i + j, bool(k + l), z)
+                        continue
+                    z = z / 2
+                    add(i + j, k != l, -z if k + l == 2 else z)
+                    add(i - j, k != l, -z if k < l else z)
+    return out
+
+
+def _matmul(x: NDArray[Any], y: NDArray[Any]) -> NDArray[Any]:
+    """x @ y; for many cases entry by entry along the cases, which lie side by side, without entries that are zero."""
+    cases = np.broadcast_shapes(x.shape[:-2], y.shape[:-2])
+    if math.prod(cases) < ENTRYWISE:
+        return x @ y
+    (n, m), p = x.shape[-2:], y.shape[-1]
+    out = _zeros(cases, (n, p), np.result_type(x, y))
+    left = [(i, k) for i in range(n) for k in range(m) if np.any(x[..., i, k])]
+    right = {(k, j): y[..., k, j] for k in range(m) for j in range(p) if np.any(y[..., k, j])}
+    for i, k in left:
+        for j in range(p):
+            if (k, j) in right:
+                out[..., i, j] += x[..., i, k] * right[k, j]
+    return out
+
+
+@cache
+def _sine_power(b: int, exact: bool) -> list[tuple[int, Any]]:
+    """Terms of sin^b ψ that are not zero, (row, value)."""
+    rows = np.zeros((1, 1, 1, 1), object) + Fraction(1)
+    sine = np.array([0, 0, Fraction(1)], object).reshape(1, 3, 1, 1)
+    for _ in range(b):
+        rows = _product(rows, sine)
+    return [(r, value if exact else float(value)) for r, value in enumerate(rows.ravel()) if value != 0]
+
+
+def _frequency(period: float, *, exact: bool) -> Any:
+    """ω = 2π/period; exact as a fraction, where the period is a simple part or multiple of 2π, or to 60 digits."""
+    if not exact:
+        return TWO_PI / period
+    simple = Fraction(TWO_PI / period).limit_denominator(1000)
+    return simple if math.isclose(simple, TWO_PI / period, rel_tol=1e-15) else 2 * PI / Fraction(period)
+
+
+def _turned(angle: float) -> tuple[float, float]:
+    """cos and sin of an angle, without rounding at quarter turns."""
+    quarters = angle / (0.5 * math.pi)
+    if abs(quarters - round(quarters)) < 1e-13 * max(1.0, abs(quarters)):
+        return ((1, 0), (0, 1), (-1, 0), (0, -1))[round(quarters) % 4]
+    return math.cos(angle), math.sin(angle)
 
 
 def _real(value: ArrayLike) -> Array:
@@ -346,6 +501,9 @@ class PeriodicSystem:
         Names of the columns of F.
     coordinates : tuple of str
         Names of q (or x).
+    exactly : callable, optional
+        Gives some of the cases (an index along all of them, flat) with exact coefficients, for parameters as they are;
+        see :meth:`exact`.
     """
 
     period: float
@@ -359,6 +517,7 @@ class PeriodicSystem:
     input_names: tuple[str, ...] = ()
     coordinates: tuple[str, ...] = ()
     name: str = ""
+    exactly: Callable[[NDArray[np.intp]], PeriodicSystem] | None = None
 
     def __post_init__(self) -> None:
         if sum(part is not None for part in (self.stiffness, self.matrix, self.function)) != 1:
@@ -388,7 +547,7 @@ class PeriodicSystem:
                 "give theirs, or a fraction of it in which they repeat",
             )
         if ratio < 0.75 and part.edges is None and self.twist is None:
-            order = np.arange(-part.order, part.order + 1)
+            order = (np.arange(2 * part.order + 1) + 1) // 2
             stray = np.abs(part.coefficients[..., order % whole != 0, :, :])
             if stray.size and stray.max() > 1e-12 * np.abs(part.coefficients).max():
                 raise ParameterError(
@@ -445,6 +604,17 @@ class PeriodicSystem:
     def forcing(self) -> PeriodicMatrix | None:
         """F (..., n, inputs), or None."""
         return None if self.inputs is None else self.inputs()
+
+    def exact(self, index: NDArray[np.intp]) -> PeriodicSystem:
+        """Some cases, along one axis, with exact coefficients: those of a model's parameters, else the given ones."""
+        if self.exactly is not None:
+            return self.exactly(index)
+        if self.function is not None:
+            raise ParameterError(
+                "function", None, "the values of a function are not exact: give the system as a PeriodicMatrix"
+            )
+        parts = {n: m for n in ("damping", "stiffness", "matrix") if (m := getattr(self, n)) is not None}
+        return replace(self, **{n: m.flat(self.cases).case(index).exact() for n, m in parts.items()})
 
     @property
     def second_order(self) -> bool:

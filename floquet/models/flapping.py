@@ -21,22 +21,23 @@ from __future__ import annotations
 
 import math
 import warnings
-from collections.abc import Sequence
-from typing import Unpack
+from collections.abc import Mapping, Sequence
+from fractions import Fraction
+from typing import Any, Unpack
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..errors import FloquetWarning, ParameterError
-from ..periodic import TWO_PI, PeriodicMatrix, PeriodicSystem
-from ..rotor import Hub, Rotor
+from ..periodic import TWO_PI, PeriodicMatrix, PeriodicSystem, fractions
+from ..rotor import PARAMETERS, Hub, Rotor
 from .inputs import FORCING
 from .physics import Physics, PhysicsKeywords, advance_ratios
 
 __all__ = ["blade", "flapping"]
 
 Array = NDArray[np.float64]
-SINE, COSINE = PeriodicMatrix.scalar(sines=[1.0]), PeriodicMatrix.scalar(cosines=[1.0])
+SINE, COSINE = PeriodicMatrix.scalar(sines=[1]), PeriodicMatrix.scalar(cosines=[1])
 
 
 def flapping(rotor: Rotor, advance_ratio: ArrayLike, **options: Unpack[PhysicsKeywords]) -> PeriodicSystem:
@@ -78,15 +79,21 @@ def blade(rotor: Rotor, advance_ratio: ArrayLike, **options: Unpack[PhysicsKeywo
             FloquetWarning,
             stacklevel=3,
         )
-    air = _Integrals(rotor, mu, physics)
-    gamma, m = np.asarray(rotor.lock_number), np.asarray(rotor.offset_mass_ratio)
-    half = 0.5 * gamma
+    values = {p.name: np.asarray(getattr(rotor, p.name), float) for p in PARAMETERS} | {"advance_ratio": mu}
+    return _equation(values, physics)
 
-    structure = _constant(1.0 + np.asarray(rotor.hinge_stiffness) + m)
+
+def _equation(values: Mapping[str, NDArray[Any]], physics: Physics) -> PeriodicSystem:
+    """Eq. (1) for parameters in doubles, or exact ones (object arrays of fractions)."""
+    gamma, m, mu = values["lock_number"], values["offset_mass_ratio"], values["advance_ratio"]
+    air = _Integrals(values, physics)
+    half = gamma / 2
+
+    structure = _constant(1 + values["hinge_stiffness"] + m)
     pitch = half * air.integral(2, 0, 1)
     inflow = half * air.integral(1, 0, 1)
-    damping = _constant(np.asarray(rotor.flap_damping)) + half * air.integral(1, 0, 2)
-    stiffness = structure + np.asarray(rotor.pitch_flap_coupling) * pitch + mu * (COSINE @ inflow)
+    damping = _constant(values["flap_damping"]) + half * air.integral(1, 0, 2)
+    stiffness = structure + values["pitch_flap_coupling"] * pitch + mu * (COSINE @ inflow)
 
     def forcing() -> PeriodicMatrix:
         twist, rate = half * air.integral(2, 1, 1), half * air.integral(1, 1, 1)
@@ -101,9 +108,13 @@ def blade(rotor: Rotor, advance_ratio: ArrayLike, **options: Unpack[PhysicsKeywo
             COSINE @ rate - coriolis * SINE,
             acceleration * SINE,
             acceleration * COSINE,
-            _constant(np.asarray(rotor.static_moment_ratio)),
+            _constant(values["static_moment_ratio"]),
         ]
         return PeriodicMatrix.assemble([columns])
+
+    def exactly(index: NDArray[np.intp]) -> PeriodicSystem:
+        shape = np.broadcast_shapes(*(v.shape for v in values.values()))
+        return _equation({n: fractions(np.broadcast_to(v, shape).ravel()[index]) for n, v in values.items()}, physics)
 
     return PeriodicSystem(
         period=TWO_PI,
@@ -113,20 +124,22 @@ def blade(rotor: Rotor, advance_ratio: ArrayLike, **options: Unpack[PhysicsKeywo
         input_names=FORCING,
         coordinates=("beta",),
         name="flapping",
+        exactly=exactly,
     )
 
 
-def _constant(value: Array) -> PeriodicMatrix:
+def _constant(value: NDArray[Any]) -> PeriodicMatrix:
     return PeriodicMatrix.scalar(mean=value)
 
 
 class _Integrals:
     """∫ (x+u)^p x^j (x-ε)^k dx over the lifting blade, as periodic functions through u = μ sin ψ."""
 
-    def __init__(self, rotor: Rotor, mu: Array, physics: Physics) -> None:
-        self.offset = np.asarray(rotor.hinge_offset)
-        cutout = np.asarray(rotor.root_cutout)
-        self.root, self.tip = np.maximum(self.offset, cutout), physics.tip_loss
+    def __init__(self, values: Mapping[str, NDArray[Any]], physics: Physics) -> None:
+        self.mu, self.offset = values["advance_ratio"], values["hinge_offset"]
+        cutout = values["root_cutout"]
+        self.root = np.maximum(self.offset, cutout)
+        self.tip = Fraction(physics.tip_loss) if self.mu.dtype == object else physics.tip_loss
         if np.any(self.tip <= self.root):
             raise ParameterError(
                 "tip_loss",
@@ -134,37 +147,36 @@ class _Integrals:
                 f"tip_loss = {self.tip:g} leaves no blade that lifts outboard of the hinge or root cutout",
             )
         self.exact = physics.exact_offset | (cutout > self.offset)
-        self.speed = mu * SINE
-        self.edges = self._kinks(mu) if physics.reversed_flow else None
+        self.edges = self._kinks() if physics.reversed_flow else None
 
     def integral(self, p: int, j: int, k: int) -> PeriodicMatrix:
         """The integral with U_T^p, sign reversed in reversed flow where that is taken into account."""
         monomials = _powers(self.offset, j, k)
         forward = [math.comb(p, b) * self._moment(monomials, p - b) for b in range(p + 1)]
+        ahead = PeriodicMatrix.sine_polynomial(forward, self.mu)
         if self.edges is None:
-            return self._polynomial(forward)
+            return ahead
         inboard = _inboard(monomials, p, self.root)
-        mixed = [(forward[b] if b < len(forward) else 0.0) - 2.0 * inboard[b] for b in range(len(inboard))]
-        ahead, between = self._polynomial(forward), self._polynomial(mixed)
-        return PeriodicMatrix.pieces([ahead, between, -1.0 * ahead, between, ahead], self.edges)
+        mixed = [(forward[b] if b < len(forward) else 0) - 2 * inboard[b] for b in range(len(inboard))]
+        between = PeriodicMatrix.sine_polynomial(mixed, self.mu)
+        return PeriodicMatrix.pieces([ahead, between, (-1) * ahead, between, ahead], self.edges)
 
-    def _moment(self, monomials: Sequence[Array], power: int) -> Array:
+    def _moment(self, monomials: Sequence[NDArray[Any]], power: int) -> NDArray[Any]:
         """∫ x^power Σ c_n x^n dx; what lies inboard of the hinge is O(ε^(degree+1)), and the report keeps it to ε²."""
-        keep = np.asarray(self.exact) | (len(monomials) + power <= 2)
         outer = sum(c * self.tip ** (n + power + 1) / (n + power + 1) for n, c in enumerate(monomials))
-        inner = sum(c * self.root ** (n + power + 1) / (n + power + 1) for n, c in enumerate(monomials))
-        return np.asarray(outer - np.where(keep, inner, 0.0))
+        keep = np.asarray(self.exact) | (len(monomials) + power <= 2)
+        if not keep.any():
+            return np.asarray(outer)
+        inner = sum(c * _power(self.root, n + power + 1) / (n + power + 1) for n, c in enumerate(monomials))
+        return np.asarray(outer - np.where(keep, inner, 0))
 
-    def _polynomial(self, coefficients: Sequence[Array]) -> PeriodicMatrix:
-        """Σ coefficients[b] u^b by Horner's rule."""
-        total = _constant(np.asarray(coefficients[-1]))
-        for c in coefficients[-2::-1]:
-            total = total @ self.speed + _constant(np.asarray(c))
-        return total
+    def _kinks(self) -> Array:
+        """Azimuths where the root and the tip enter and leave reversed flow, (..., 6) from 0 to 2π.
 
-    def _kinks(self, mu: Array) -> Array:
-        """Azimuths where the root and the tip enter and leave reversed flow, (..., 6) from 0 to 2π."""
-        mu, root, tip = np.broadcast_arrays(mu, self.root, self.tip)
+        Doubles even for exact parameters: where the pieces meet their values and slopes agree, so that a shift of eps
+        changes the motion by eps² at most.
+        """
+        mu, root, tip = np.broadcast_arrays(*(np.asarray(x, float) for x in (self.mu, self.root, self.tip)))
         root_angle, tip_angle = (np.arcsin(np.divide(r, mu, out=np.ones(mu.shape), where=mu > r)) for r in (root, tip))
         zero = np.zeros(mu.shape)
         return np.stack(
@@ -173,18 +185,26 @@ class _Integrals:
         )
 
 
-def _powers(offset: Array, j: int, k: int) -> list[Array]:
+def _power(x: NDArray[Any], n: int) -> NDArray[Any]:
+    """xⁿ by products: np.power takes ten times as long."""
+    return x if n == 1 else x * _power(x, n - 1)
+
+
+def _powers(offset: NDArray[Any], j: int, k: int) -> list[NDArray[Any]]:
     """x^j (x-ε)^k by powers of x."""
-    return [np.zeros_like(offset)] * j + [math.comb(k, n) * (-offset) ** (k - n) for n in range(k + 1)]
+    unit = 0 * offset
+    return [unit] * j + [
+        unit + 1 if n == k else math.comb(k, n) * _power(-offset, k - n) for n in range(k + 1)
+    ]
 
 
-def _inboard(monomials: Sequence[Array], p: int, root: Array) -> list[Array]:
+def _inboard(monomials: Sequence[NDArray[Any]], p: int, root: NDArray[Any]) -> list[NDArray[Any]]:
     """∫ (x+u)^p Σ c_n x^n dx from the root to the reversal radius x = -u, by powers of u."""
-    out = [np.zeros_like(root) for _ in range(p + len(monomials) + 1)]
+    out = [0 * root for _ in range(p + len(monomials) + 1)]
     for n, c in enumerate(monomials):
-        beta = math.factorial(p) * math.factorial(n) / math.factorial(p + n + 1)
-        out[p + n + 1] = out[p + n + 1] + (-1) ** (n + 1) * beta * c
+        reciprocal = math.factorial(p + n + 1) // (math.factorial(p) * math.factorial(n))
+        out[p + n + 1] = out[p + n + 1] + (-1) ** (n + 1) * c / reciprocal
         for b in range(p + 1):
             e = n + 1 + p - b
-            out[b] = out[b] - math.comb(p, b) * c * root**e / e
+            out[b] = out[b] - math.comb(p, b) * c * _power(root, e) / e
     return out

@@ -19,10 +19,11 @@ where K₁ acts on the total flap angle, coning included; it is the eleventh inp
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from typing import Unpack
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from ..errors import ParameterError
 from ..periodic import PeriodicMatrix, PeriodicSystem
@@ -55,20 +56,25 @@ def teetering(rotor: Rotor, advance_ratio: ArrayLike, **options: Unpack[PhysicsK
     def forcing() -> PeriodicMatrix:
         return PeriodicMatrix.assemble([[_odd(inputs()), -1.0 * _odd(stiffness)]])
 
+    def exactly(index: NDArray[np.intp]) -> PeriodicSystem:
+        return _halved(one.exact(index))
+
+    return replace(
+        _halved(one), inputs=forcing, input_names=(*one.input_names, PRECONE), name="teetering", exactly=exactly
+    )
+
+
+def _halved(one: PeriodicSystem) -> PeriodicSystem:
+    """Half the difference of the equations of a blade and the one opposite."""
+    assert one.damping is not None and one.stiffness is not None
     return PeriodicSystem(
-        period=math.pi,
-        damping=_even(one.damping),
-        stiffness=_even(one.stiffness),
-        inputs=forcing,
-        input_names=(*one.input_names, PRECONE),
-        coordinates=("beta",),
-        name="teetering",
+        period=math.pi, damping=_even(one.damping), stiffness=_even(one.stiffness), coordinates=("beta",)
     )
 
 
 def _odd(matrix: PeriodicMatrix) -> PeriodicMatrix:
-    return 0.5 * (matrix - matrix.shifted(math.pi))
+    return (matrix - matrix.shifted(math.pi)) / 2
 
 
 def _even(matrix: PeriodicMatrix) -> PeriodicMatrix:
-    return 0.5 * (matrix + matrix.shifted(math.pi))
+    return (matrix + matrix.shifted(math.pi)) / 2

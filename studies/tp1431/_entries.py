@@ -45,8 +45,7 @@ BLADE = {
 def harmonics(matrix: PeriodicMatrix, n: int) -> NDArray[np.float64]:
     """Means and coefficients of cos nψ and sin nψ, (3, rows, columns)."""
     c = matrix.widened(n).coefficients[0]
-    middle = len(c) // 2
-    return np.stack([c[middle].real, 2.0 * c[middle + n].real, -2.0 * c[middle + n].imag])
+    return c[[0, 2 * n - 1, 2 * n]]
 
 
 def record(place: Sequence[str], n: int, formulas: Sequence[str], values: NDArray[np.float64]) -> dict[str, Any]:
