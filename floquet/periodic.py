@@ -183,7 +183,7 @@ class PeriodicMatrix:
         out[...] = np.broadcast_to(c, (*cases, pieces, terms, n, m)).reshape(count, pieces, terms, n, m)
         edges = self.edges
         if edges is not None:
-            edges = np.broadcast_to(edges, (*cases, edges.shape[-1])).reshape(count, -1)
+            edges = np.broadcast_to(edges, (*cases, edges.shape[-1])).reshape(count, edges.shape[-1])
         return replace(self, coefficients=out, edges=edges)
 
     def exact(self) -> PeriodicMatrix:
@@ -322,7 +322,7 @@ def fractions(values: NDArray[Any]) -> NDArray[Any]:
     """An object array of the same numbers as fractions."""
     out = np.empty(values.shape, object)
     for i in np.ndindex(values.shape):
-        out[i] = Fraction(values[i])
+        out[i] = Fraction(values[i])  # type: ignore[call-overload]  # a number
     return out
 
 
@@ -355,14 +355,14 @@ def _product(a: NDArray[Any], b: NDArray[Any]) -> NDArray[Any]:
     for i in range(H + 1):
         for j in range(J + 1):
             for k, x in rows(a, i):
-                for l, y in rows(b, j):
+                for m, y in rows(b, j):
                     z = x * y if x.shape[-2:] == (1, 1) == y.shape[-2:] else _matmul(x, y)
                     if i == 0 or j == 0:
-                        add(i + j, bool(k + l), z)
+                        add(i + j, bool(k + m), z)
                         continue
                     z = z / 2
-                    add(i + j, k != l, -z if k + l == 2 else z)
-                    add(i - j, k != l, -z if k < l else z)
+                    add(i + j, k != m, -z if k + m == 2 else z)
+                    add(i - j, k != m, -z if k < m else z)
     return out
 
 

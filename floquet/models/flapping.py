@@ -193,9 +193,7 @@ def _power(x: NDArray[Any], n: int) -> NDArray[Any]:
 def _powers(offset: NDArray[Any], j: int, k: int) -> list[NDArray[Any]]:
     """x^j (x-ε)^k by powers of x."""
     unit = 0 * offset
-    return [unit] * j + [
-        unit + 1 if n == k else math.comb(k, n) * _power(-offset, k - n) for n in range(k + 1)
-    ]
+    return [unit] * j + [unit + 1 if n == k else math.comb(k, n) * _power(-offset, k - n) for n in range(k + 1)]
 
 
 def _inboard(monomials: Sequence[NDArray[Any]], p: int, root: NDArray[Any]) -> list[NDArray[Any]]:

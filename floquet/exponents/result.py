@@ -1,0 +1,117 @@
+"""Exponents of a system with what is needed to trust them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..period_map import Method, PeriodMap
+from ..rotor import Word
+
+__all__ = ["Reason", "Stability", "Verdict"]
+
+Array = NDArray[np.float64]
+EPS = float(np.finfo(float).eps)
+
+
+class Verdict(Word):
+    """STABLE: all σ + bound < 0.  UNSTABLE: some σ - bound > 0."""
+
+    STABLE = 0
+    UNSTABLE = 1
+    UNDECIDED = 2
+
+
+class Reason(Word):
+    """Why a verdict is UNDECIDED."""
+
+    NONE = 0
+    NEUTRAL = 1  # one undamped scalar equation outside its locks: σ = 0 by the equation, not by its numbers
+    BOUND = 2  # the bound of some exponent reaches across zero
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Stability:
+    """Exponents of a periodic or constant system, with what is needed to trust them.
+
+    Arrays have the cases' axes first; a single case has plain numbers.
+
+    Attributes
+    ----------
+    exponents : complex (..., states)
+        η per radian (per rev for rotors).  One scalar equation: [α+iρ, α-iρ], in a lock [σ₁+iρ, σ₂+iρ] with σ₁ ≥ σ₂,
+        on the branch of the rotation number.  Larger systems: principal branch, conjugate pairs together, by Im then
+        Re.
+    multipliers : complex (..., states)
+        exp(η·period) (of the twisted passage, where there is a twist); nan for constant systems.
+    exponent_errors : float (..., states)
+        Bound of the distance to the exact set of exponents modulo 2πi/period.
+    determinant_defect : float (...)
+        |det Φ - 1| of the Hill form, or |Σσ - mean tr A|: a check that can fail.
+    rotation_number, lock : float (...)
+        ρ; ρ again inside a lock, else nan.
+    verdict, reason, method : int8 (...)
+        :class:`Verdict`, :class:`Reason`, :class:`~floquet.period_map.Method`.
+    panels : int (...)
+    period : float
+        Angle of the map; nan for constant systems.
+    """
+
+    exponents: Any
+    multipliers: Any
+    exponent_errors: Any
+    determinant_defect: Any
+    rotation_number: Any
+    lock: Any
+    verdict: Any
+    reason: Any
+    method: Any
+    panels: Any
+    period: float
+
+
+def verdict_of(sigma: Array, errors: Array, *, neutral: NDArray[np.bool_]) -> tuple[NDArray[np.int8], NDArray[np.int8]]:
+    stable, unstable = np.all(sigma + errors < 0, axis=-1), np.any(sigma - errors > 0, axis=-1)
+    verdict = np.where(stable, Verdict.STABLE, np.where(unstable, Verdict.UNSTABLE, Verdict.UNDECIDED))
+    reason = np.where(verdict != Verdict.UNDECIDED, Reason.NONE, np.where(neutral, Reason.NEUTRAL, Reason.BOUND))
+    return verdict.astype(np.int8), reason.astype(np.int8)
+
+
+def shaped(
+    phi: PeriodMap,
+    eta: Array,
+    multipliers: Array,
+    errors: Array,
+    defect: Array,
+    rho: Array,
+    lock: Array,
+    verdict: NDArray[np.int8],
+    reason: NDArray[np.int8],
+) -> Stability:
+    shape, n = phi.shape, eta.shape[-1]
+    full: dict[str, Any] = {
+        "determinant_defect": defect,
+        "rotation_number": rho,
+        "lock": lock,
+        "verdict": verdict,
+        "reason": reason,
+        "method": np.full(len(eta), phi.method, np.int8),
+        "panels": phi.panels,
+    }
+    vectors: dict[str, Any] = {"exponents": eta, "multipliers": multipliers, "exponent_errors": errors}
+    return Stability(
+        period=phi.period,
+        **{k: v.reshape(*shape, n) for k, v in vectors.items()},
+        **plain({k: v.reshape(shape) for k, v in full.items()}, shape),
+    )
+
+
+def plain(fields: dict[str, Any], shape: tuple[int, ...]) -> dict[str, Any]:
+    """Python scalars for a single case; verdict, reason and method as their enums."""
+    if shape:
+        return fields
+    enums = {"verdict": Verdict, "reason": Reason, "method": Method}
+    return {k: enums[k](int(v)) if k in enums else v.item() for k, v in fields.items()}

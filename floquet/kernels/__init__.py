@@ -1,0 +1,32 @@
+"""Everything compiled: arrays in, arrays out; no rotor, no system, no file.
+
+Arithmetic is written once, in functions of numbers that take arrays as well: NumPy runs them on arrays (a value a
+point), and the lane loops that numba compiles run them on the numbers of one point (structure of arrays, the points
+innermost, so that a compiler makes wide registers of them).  Both give the same answers up to the rounding of fused
+multiply-adds.
+
+numba is loaded by the first call that has points enough to be worth its second of start-up (:data:`POINTS`); not at all
+when it is not installed or the environment variable ``FLOQUET_NO_NUMBA`` is set.
+"""
+
+from __future__ import annotations
+
+import importlib.util
+import os
+from functools import cache
+
+__all__ = ["POINTS", "available", "worth_compiling"]
+
+#: From this many points on compiled kernels are used: NumPy would take about as long as numba takes to load.
+POINTS = 4096
+
+
+@cache
+def available() -> bool:
+    """Whether compiled kernels can be used."""
+    return os.environ.get("FLOQUET_NO_NUMBA", "") in ("", "0") and importlib.util.find_spec("numba") is not None
+
+
+def worth_compiling(points: int) -> bool:
+    """Whether so many points go to the compiled kernels; by their number alone, so that answers do not vary."""
+    return points >= POINTS and available()
