@@ -19,7 +19,7 @@ A :class:`PeriodicSystem` is ``q'' + D q' + K q = F u`` or ``x' = A x + F u``; p
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from functools import cache
@@ -30,7 +30,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from .errors import ParameterError
 
-__all__ = ["TWO_PI", "PeriodicMatrix", "PeriodicSystem", "fractions"]
+__all__ = ["TWO_PI", "Equation", "PeriodicMatrix", "PeriodicSystem", "fractions"]
 
 Array = NDArray[np.float64]
 TWO_PI = 2.0 * math.pi
@@ -67,8 +67,8 @@ class PeriodicMatrix:
     @staticmethod
     def harmonic(order: int, cosine: ArrayLike, sine: ArrayLike, period: float = TWO_PI) -> PeriodicMatrix:
         """``cosine cos(order ω ψ) + sine sin(order ω ψ)`` for matrices (..., n, m) and order ≥ 1."""
-        c, s = np.broadcast_arrays(_numbers(cosine), _numbers(sine))
-        out = _zeros(c.shape[:-2], (1, 2 * order + 1, *c.shape[-2:]), np.result_type(c, s))
+        c, s = np.broadcast_arrays(*_alike(_numbers(cosine), _numbers(sine)))
+        out = _zeros(c.shape[:-2], (1, 2 * order + 1, *c.shape[-2:]), c.dtype)
         out[..., 0, 2 * order - 1, :, :], out[..., 0, 2 * order, :, :] = c, s
         return PeriodicMatrix(out, period)
 
@@ -85,7 +85,8 @@ class PeriodicMatrix:
         rows = [_numbers(mean), *([np.zeros(())] * (2 * order))]
         rows[1 : 2 * len(cosines) : 2] = [_numbers(c) for c in cosines]
         rows[2 : 2 * len(sines) + 1 : 2] = [_numbers(s) for s in sines]
-        out = _zeros(np.broadcast_shapes(*(r.shape for r in rows)), (1, 2 * order + 1, 1, 1), np.result_type(*rows))
+        rows = _alike(*rows)
+        out = _zeros(np.broadcast_shapes(*(r.shape for r in rows)), (1, 2 * order + 1, 1, 1), rows[0].dtype)
         for n, row in enumerate(rows):
             out[..., 0, n, 0, 0] = row
         return PeriodicMatrix(out, period)
@@ -176,15 +177,17 @@ class PeriodicMatrix:
 
     def flat(self, cases: tuple[int, ...]) -> PeriodicMatrix:
         """The same matrix for all of ``cases``, along one axis."""
-        *_, pieces, terms, n, m = self.coefficients.shape
+        *own, pieces, terms, n, m = self.coefficients.shape
         count = math.prod(cases)
         c = self.coefficients
-        out = _zeros((count,), (pieces, terms, n, m), c.dtype)
-        out[...] = np.broadcast_to(c, (*cases, pieces, terms, n, m)).reshape(count, pieces, terms, n, m)
+        if tuple(own) != (count,):
+            c = _zeros((count,), (pieces, terms, n, m), c.dtype)
+            full = np.broadcast_to(self.coefficients, (*cases, pieces, terms, n, m))
+            c[...] = full.reshape(count, pieces, terms, n, m)
         edges = self.edges
         if edges is not None:
             edges = np.broadcast_to(edges, (*cases, edges.shape[-1])).reshape(count, edges.shape[-1])
-        return replace(self, coefficients=out, edges=edges)
+        return replace(self, coefficients=c, edges=edges)
 
     def exact(self) -> PeriodicMatrix:
         """The same matrix with its coefficients as fractions."""
@@ -193,11 +196,11 @@ class PeriodicMatrix:
     # ------------------------------------------------------------------ algebra
     def __add__(self, other: PeriodicMatrix) -> PeriodicMatrix:
         a, b = _on_common_pieces(self, other)
-        long, short = (a.coefficients, b.coefficients) if a.order >= b.order else (b.coefficients, a.coefficients)
+        long, short = _alike(*sorted((a.coefficients, b.coefficients), key=lambda c: -c.shape[-3]))
         if long.shape[-3] == short.shape[-3]:
             return replace(a, coefficients=long + short)
         shape = np.broadcast_shapes(long.shape[:-3], short.shape[:-3])
-        out = _zeros(shape[:-1], (shape[-1], *long.shape[-3:]), np.result_type(long, short))
+        out = _zeros(shape[:-1], (shape[-1], *long.shape[-3:]), long.dtype)
         out[...] = long
         out[..., : short.shape[-3], :, :] += short
         return replace(a, coefficients=out)
@@ -207,7 +210,8 @@ class PeriodicMatrix:
 
     def __rmul__(self, factor: ArrayLike) -> PeriodicMatrix:
         """Scale by one number a case."""
-        return replace(self, coefficients=np.asarray(factor)[..., None, None, None, None] * self.coefficients)
+        scale, c = _alike(np.asarray(factor), self.coefficients)
+        return replace(self, coefficients=scale[..., None, None, None, None] * c)
 
     def __truediv__(self, divisor: int) -> PeriodicMatrix:
         """Divide by a whole number, which keeps exact coefficients exact."""
@@ -215,7 +219,7 @@ class PeriodicMatrix:
 
     def __matmul__(self, other: PeriodicMatrix) -> PeriodicMatrix:
         a, b = _on_common_pieces(self, other)
-        return replace(a, coefficients=_product(a.coefficients, b.coefficients))
+        return replace(a, coefficients=_product(*_alike(a.coefficients, b.coefficients)))
 
     def transpose(self) -> PeriodicMatrix:
         """Aᵀ."""
@@ -301,6 +305,14 @@ class PeriodicMatrix:
             total = total + np.hypot(c[..., 2 * h - 1, :, :], c[..., 2 * h, :, :])
         return np.max(total, axis=-3)
 
+    def magnitude(self) -> Array:
+        """The sum of all |terms|, of the piece where it is largest, (..., n, m)."""
+        c = self.coefficients
+        total = np.abs(c[..., 0, :, :])
+        for row in range(1, c.shape[-3]):
+            total = total + np.abs(c[..., row, :, :])
+        return total[..., 0, :, :] if total.shape[-3] == 1 else np.max(total, axis=-3)
+
     def jumps(self) -> Array:
         """A(edge+) − A(edge−) at every edge but the last, (..., pieces, n, m); zero for a single piece."""
         if self.edges is None:
@@ -320,16 +332,24 @@ def _numbers(value: ArrayLike) -> NDArray[Any]:
 
 def fractions(values: NDArray[Any]) -> NDArray[Any]:
     """An object array of the same numbers as fractions."""
-    out = np.empty(values.shape, object)
-    for i in np.ndindex(values.shape):
-        out[i] = Fraction(values[i])  # type: ignore[call-overload]  # a number
-    return out
+    out = np.empty(values.size, object)
+    out[:] = [Fraction(x) for x in values.ravel().tolist()]  # Python's numbers: NumPy's whole ones overflow
+    return out.reshape(values.shape)
+
+
+def _alike(*arrays: NDArray[Any]) -> list[NDArray[Any]]:
+    """The arrays, all of them exact if one is: a double among fractions would make doubles of them."""
+    if all(a.dtype != object for a in arrays) or all(a.dtype == object for a in arrays):
+        return list(arrays)
+    return [a if a.dtype == object else fractions(a) for a in arrays]
 
 
 def _zeros(cases: tuple[int, ...], inner: tuple[int, ...], dtype: Any) -> NDArray[Any]:
     """Zeros (*cases, *inner) with the cases side by side in memory."""
     k = len(cases)
-    return np.zeros((*inner, *cases), dtype).transpose(*range(len(inner), len(inner) + k), *range(len(inner)))
+    exact = np.dtype(dtype) == object
+    zeros = np.full((*inner, *cases), Fraction(0)) if exact else np.zeros((*inner, *cases), dtype)
+    return zeros.transpose(*range(len(inner), len(inner) + k), *range(len(inner)))
 
 
 def _product(a: NDArray[Any], b: NDArray[Any]) -> NDArray[Any]:
@@ -475,11 +495,56 @@ def _union(a: Array, b: Array, period: float) -> Array:
     return np.concatenate([ends, np.sort(np.concatenate(inner, axis=-1), axis=-1), ends + period], axis=-1)
 
 
+Index = slice | NDArray[np.intp]
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Equation:
+    """D and K of ``q'' + D q' + K q = F u`` as a function of parameters, for all cases, or some, or exactly.
+
+    Parameters
+    ----------
+    build : callable
+        Gives D and K (n, n each) for a dict of arrays, in doubles or exact.
+    parameters : dict of arrays
+        They broadcast to the cases.
+    degrees : int
+        n.
+    """
+
+    build: Callable[[Mapping[str, NDArray[Any]]], tuple[PeriodicMatrix, PeriodicMatrix]]
+    parameters: Mapping[str, NDArray[Any]]
+    degrees: int = 1
+
+    @property
+    def cases(self) -> tuple[int, ...]:
+        """Shape of the cases."""
+        return np.broadcast_shapes(*(v.shape for v in self.parameters.values()))
+
+    def whole(self) -> tuple[PeriodicMatrix, PeriodicMatrix]:
+        """D and K of all cases."""
+        return self.build(self.parameters)
+
+    def some(self, index: Index, *, exact: bool) -> tuple[PeriodicMatrix, PeriodicMatrix]:
+        """D and K of some cases, an index along all of them."""
+        shape = self.cases
+        chosen = {name: _some(v, shape, index) for name, v in self.parameters.items()}
+        return self.build({name: fractions(v) for name, v in chosen.items()} if exact else chosen)
+
+
+def _some(value: NDArray[Any], shape: tuple[int, ...], index: Index) -> NDArray[Any]:
+    """Entries of ``value`` broadcast to ``shape``, by their flat index."""
+    if value.ndim == 0:
+        return value
+    return value.reshape(-1)[index] if value.shape == shape else np.broadcast_to(value, shape).flat[index]
+
+
 @dataclass(frozen=True, kw_only=True, eq=False)
 class PeriodicSystem:
     """``q'' + D q' + K q = F u`` (state q, q') or ``x' = A x + F u``.
 
-    Give either ``stiffness`` (with ``damping`` and ``inputs``, each optional), or ``matrix``, or ``function``.
+    Give either ``stiffness`` (with ``damping`` and ``inputs``, each optional), or an ``equation`` that makes the two
+    when they are asked for, or ``matrix``, or ``function``.
 
     Parameters
     ----------
@@ -501,9 +566,8 @@ class PeriodicSystem:
         Names of the columns of F.
     coordinates : tuple of str
         Names of q (or x).
-    exactly : callable, optional
-        Gives some of the cases (an index along all of them, flat) with exact coefficients, for parameters as they are;
-        see :meth:`exact`.
+    equation : Equation, optional
+        Of a model: millions of cases are then made and solved in pieces that fit a cache.
     """
 
     period: float
@@ -517,9 +581,14 @@ class PeriodicSystem:
     input_names: tuple[str, ...] = ()
     coordinates: tuple[str, ...] = ()
     name: str = ""
-    exactly: Callable[[NDArray[np.intp]], PeriodicSystem] | None = None
+    equation: Equation | None = None
 
     def __post_init__(self) -> None:
+        if self.equation is not None and self.stiffness is None:
+            for name in ("damping", "stiffness"):
+                object.__delattr__(self, name)  # __getattr__ makes them
+            return
+        object.__setattr__(self, "equation", None)  # matrices that were given count
         if sum(part is not None for part in (self.stiffness, self.matrix, self.function)) != 1:
             raise ParameterError(
                 "PeriodicSystem", None, "give exactly one of stiffness (second order), matrix or function (first order)"
@@ -533,6 +602,15 @@ class PeriodicSystem:
         for part in (self.damping, self.stiffness, self.matrix):
             if part is not None and not self.constant:
                 self._check_period(part)
+
+    def __getattr__(self, name: str) -> Any:
+        """``damping`` and ``stiffness`` of an equation, at their first use."""
+        equation = self.__dict__.get("equation")
+        if name not in ("damping", "stiffness") or equation is None:
+            raise AttributeError(f"{type(self).__name__!r} object has no attribute {name!r}")
+        for key, value in zip(("damping", "stiffness"), equation.whole(), strict=True):
+            object.__setattr__(self, key, value)
+        return self.__dict__[name]
 
     def _check_period(self, part: PeriodicMatrix) -> None:
         """The period must be one of the coefficients: a multiple of theirs, or a part in which they (or S) repeat."""
@@ -605,21 +683,32 @@ class PeriodicSystem:
         """F (..., n, inputs), or None."""
         return None if self.inputs is None else self.inputs()
 
-    def exact(self, index: NDArray[np.intp]) -> PeriodicSystem:
-        """Some cases, along one axis, with exact coefficients: those of a model's parameters, else the given ones."""
-        if self.exactly is not None:
-            return self.exactly(index)
+    def part(self, index: Index, *, exact: bool = False) -> PeriodicSystem:
+        """Some cases (an index along all of them), along one axis, their coefficients in doubles or as fractions.
+
+        Fractions are the coefficients of a model for its parameters as they are, without rounding, or of the matrices
+        that were given.
+        """
+        if self.equation is not None:
+            D, K = self.equation.some(index, exact=exact)
+            return replace(self, damping=D, stiffness=K, equation=None)
         if self.function is not None:
-            raise ParameterError(
-                "function", None, "the values of a function are not exact: give the system as a PeriodicMatrix"
-            )
-        parts = {n: m for n in ("damping", "stiffness", "matrix") if (m := getattr(self, n)) is not None}
-        return replace(self, **{n: m.flat(self.cases).case(index).exact() for n, m in parts.items()})
+            if exact:
+                raise ParameterError(
+                    "function", None, "the values of a function are not exact: give the system as a PeriodicMatrix"
+                )
+            return self
+        cases, parts = self.cases, {}
+        for name in ("damping", "stiffness", "matrix"):
+            if (matrix := getattr(self, name)) is not None:
+                chosen = matrix.flat(cases).case(index)
+                parts[name] = chosen.exact() if exact else chosen
+        return replace(self, **parts)
 
     @property
     def second_order(self) -> bool:
         """Whether the state is (q, q')."""
-        return self.stiffness is not None
+        return self.equation is not None or self.stiffness is not None
 
     @property
     def constant(self) -> bool:
@@ -629,6 +718,8 @@ class PeriodicSystem:
     @property
     def cases(self) -> tuple[int, ...]:
         """Shape of the leading axes."""
+        if self.equation is not None:
+            return self.equation.cases
         if self.function is not None:
             return self.function(np.zeros(1)).shape[:-3]
         parts = (self.damping, self.stiffness, self.matrix)
@@ -637,6 +728,8 @@ class PeriodicSystem:
     @property
     def degrees(self) -> int:
         """Number of coordinates q (or x)."""
+        if self.equation is not None:
+            return self.equation.degrees
         if self.function is not None:
             return self.function(np.zeros(1)).shape[-1]
         part = self.stiffness if self.stiffness is not None else self.matrix
@@ -679,3 +772,7 @@ class PeriodicSystem:
         }
         inputs = self.inputs
         return replace(self, period=math.nan, twist=None, inputs=inputs and (lambda: _averaged(inputs())), **averaged)
+
+
+for _name in ("damping", "stiffness"):
+    delattr(PeriodicSystem, _name)  # a default on the class would hide that an equation has not made them yet

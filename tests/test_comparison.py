@@ -21,7 +21,6 @@ def locked_state(rho: float, s1: float, s2: float) -> Stability:
     """A blade locked at rho, as stability() would report it."""
     return Stability(
         exponents=np.array([s1 + 1j * rho, s2 + 1j * rho]),
-        multipliers=None,
         exponent_errors=None,
         determinant_defect=0.0,
         rotation_number=rho,

@@ -13,6 +13,7 @@ import pytest
 
 from floquet.errors import ParameterError
 from floquet.exponents import Reason, Verdict, exponents, stability
+from floquet.kernels.hill import finished, weighed
 from floquet.models import flapping, multiblade, teetering, tip_path_plane
 from floquet.models.textbook import (
     bittanti_colaneri,
@@ -23,7 +24,7 @@ from floquet.models.textbook import (
     rotating_frame,
     zhou_hagiwara,
 )
-from floquet.period_map import Method, PeriodMap, period_map, trace_and_discriminant_errors
+from floquet.period_map import Method, PeriodMap, period_map
 from floquet.periodic import TWO_PI, PeriodicMatrix, PeriodicSystem
 from floquet.rotor import Hub, Rotor
 from floquet.validity import instability_onset
@@ -125,11 +126,13 @@ def test_identical_blades_have_the_blades_exponents_shifted_by_integers(N: int, 
 # ---------------------------------------------------------------------- bounds
 def perturbed(phi: PeriodMap, direction: np.ndarray, size: float) -> PeriodMap:
     """The map moved by ``size`` along ``direction`` among maps of determinant 1, as every exact map is."""
-    assert phi.hill is not None
     cofactors = np.linalg.inv(phi.hill[0]).T
     tangent = direction - np.sum(cofactors * direction) / np.sum(cofactors**2) * cofactors
     M = phi.hill + size * tangent / np.abs(tangent).max()
-    return replace(phi, hill=M / np.sqrt(np.linalg.det(M))[:, None, None])
+    M = M / np.sqrt(np.linalg.det(M))[:, None, None]
+    D = (0.5 * (M[:, 0, 0] - M[:, 1, 1])) ** 2 + M[:, 0, 1] * M[:, 1, 0]
+    assert phi.rows is not None
+    return replace(phi, rows=np.concatenate([M.reshape(-1, 4).T, phi.rows[4:8], D[None]]))
 
 
 @pytest.mark.parametrize("parameters", [{"mu": 0.3}, {"mu": 0.82684}, {"mu": 0.9}, {"mu": 0.826844869530709}])
@@ -139,11 +142,11 @@ def test_bound_covers_the_worst_perturbation_and_is_not_five_times_it(parameters
     γ = 8 on both sides of its lock at μ = 0.8268 and on the branch point itself.
     """
     phi = period_map(flapping(Rotor(lock_number=8.0), np.array([parameters["mu"]])))
-    assert phi.hill is not None
-    tau_error, D_error = trace_and_discriminant_errors(
-        [phi.hill], [np.eye(2)[None], phi.hill], [np.full((1, 2, 2), 1e-9)]
-    )
-    phi = replace(phi, half_trace_error=tau_error, discriminant_error=D_error)
+    assert phi.rows is not None
+    one = (np.ones(1), np.zeros(1), np.zeros(1), np.ones(1))
+    rows = phi.rows.copy()
+    rows[4:6] = finished(tuple(rows[:4]), 1.0, weighed(one, one, tuple(rows[:4]), phi.half_trace, 1e-9, 1.0))[4:]
+    phi = replace(phi, rows=rows)
     found = exponents(phi)
     moved = 0.0
     for direction in np.random.default_rng(6).normal(size=(4000, 2, 2)):
@@ -195,9 +198,11 @@ def test_bounds_are_useful_away_from_branch_points() -> None:
 def test_determinant_defect_can_fail() -> None:
     """Liouville: the check sees a map that is not of determinant 1, and a wrong mean trace."""
     phi = period_map(flapping(Rotor(lock_number=8.0), np.array([0.3])))
-    assert phi.hill is not None
+    assert phi.rows is not None
     assert exponents(phi).determinant_defect[0] < 1e-14
-    assert exponents(replace(phi, hill=phi.hill * (1 + 1e-9))).determinant_defect[0] > 1e-9
+    wrong = phi.rows.copy()
+    wrong[:4] *= 1 + 1e-9
+    assert exponents(replace(phi, rows=wrong)).determinant_defect[0] > 1e-9
     many = period_map(multiblade(Rotor(lock_number=8.0, blades=3), np.array([0.3])))
     assert exponents(many).determinant_defect[0] < 1e-13
     assert exponents(replace(many, mean=many.mean + 1e-9)).determinant_defect[0] > 0.9e-9

@@ -1,41 +1,65 @@
-"""Period map → multipliers, exponents in log form, bounds, verdict.
-
-One blade: with τ and D the half trace and the discriminant of the Hill form, ``cosh νT = τ``, ``sinh² νT = D``::
-
-    D ≤ 0   α ± iρ, ρ lifted to its branch by the turns of the path (Prüfer rotation number)
-    D > 0   a lock: σ₁,₂ + iρ with σ = α ± asinh(√D)/T and ρ a multiple of π/T
-
-An error b in D moves √D by at most b/√|D| away from a branch point and √(|D|+b) next to it; the bound follows both.
-
-Several states: forward QR sweeps sort the factors' product into clusters of like growth without forming it; a cluster's
-exponents are the eigenvalues of its own block, and their logarithms add up.  What an error of a factor does to a
-cluster is weighed with the projector onto it (from the angle between the growing directions of the map and of its
-adjoint).
-"""
+"""Period map → exponents in log form, bounds, verdict: a file a kind of map."""
 
 from __future__ import annotations
 
+import math
+from concurrent.futures import ThreadPoolExecutor
+
+import numpy as np
+
 from ..errors import ParameterError
+from ..kernels import cores, keep_memory
 from ..period_map import Method, PeriodMap, period_map
 from ..periodic import PeriodicSystem
 from .factors import of_constant, of_factors
-from .hill import of_hill, rotation_number
-from .result import Reason, Stability, Verdict
+from .hill import of_hill
+from .result import PER_CASE, PER_STATE, Reason, Stability, Verdict
 
-__all__ = ["Reason", "Stability", "Verdict", "exponents", "rotation_number", "stability"]
+__all__ = ["Reason", "Stability", "Verdict", "exponents", "stability"]
+
+CHUNK = 16384  # cases made and solved at once: their coefficients and maps stay in a cache
 
 
 def stability(system: PeriodicSystem, *, panels: int | None = None) -> Stability:
-    """Exponents, bounds and verdict of ``system``; ``panels`` fixes the resolution (for convergence studies)."""
+    """Exponents, bounds and verdict of ``system``; ``panels`` fixes the resolution (for convergence studies).
+
+    Many cases are solved by all cores (``FLOQUET_THREADS`` says how many); the answers do not depend on how many.
+    """
     if not isinstance(system, PeriodicSystem):
         raise ParameterError(
             "system", system, f"{type(system).__name__} is no system: make one with flapping(rotor, advance_ratio)"
         )
     if system.constant:
         return of_constant(system)
+    if system.second_order and math.prod(system.cases) > CHUNK:
+        return _in_chunks(system, panels)
     return exponents(period_map(system, panels=panels))
 
 
 def exponents(phi: PeriodMap) -> Stability:
     """Exponents, bounds and verdict of a period map."""
     return of_hill(phi) if phi.method == Method.HILL else of_factors(phi)
+
+
+def _in_chunks(system: PeriodicSystem, panels: int | None) -> Stability:
+    """Some cases after the other, or on several cores."""
+    shape, states = system.cases, system.states
+    n = math.prod(shape)
+    fields = {name: np.empty(n, kind) for name, kind in PER_CASE.items()}
+    fields |= {name: np.empty((n, states), kind) for name, kind in PER_STATE.items()}
+
+    def solve(start: int) -> None:
+        some = slice(start, start + CHUNK)
+        found = exponents(period_map(system.part(some), panels=panels))
+        for name, values in fields.items():
+            values[some] = getattr(found, name)
+
+    if system.equation is None:
+        system = system.part(slice(None))  # along one axis, once
+    keep_memory()
+    with ThreadPoolExecutor(cores()) as pool:
+        list(pool.map(solve, range(0, n, CHUNK)))
+    return Stability(
+        period=system.period,
+        **{name: v.reshape(*shape, states) if name in PER_STATE else v.reshape(shape) for name, v in fields.items()},
+    )

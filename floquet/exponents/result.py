@@ -16,6 +16,11 @@ __all__ = ["Reason", "Stability", "Verdict"]
 Array = NDArray[np.float64]
 EPS = float(np.finfo(float).eps)
 
+PER_STATE = {"exponents": np.complex128, "exponent_errors": np.float64}
+PER_CASE = dict.fromkeys(("determinant_defect", "rotation_number", "lock"), np.float64) | dict.fromkeys(
+    ("verdict", "reason", "method"), np.int8
+) | {"panels": np.int32}  # fmt: skip
+
 
 class Verdict(Word):
     """STABLE: all σ + bound < 0.  UNSTABLE: some σ - bound > 0."""
@@ -45,8 +50,6 @@ class Stability:
         η per radian (per rev for rotors).  One scalar equation: [α+iρ, α-iρ], in a lock [σ₁+iρ, σ₂+iρ] with σ₁ ≥ σ₂,
         on the branch of the rotation number.  Larger systems: principal branch, conjugate pairs together, by Im then
         Re.
-    multipliers : complex (..., states)
-        exp(η·period) (of the twisted passage, where there is a twist); nan for constant systems.
     exponent_errors : float (..., states)
         Bound of the distance to the exact set of exponents modulo 2πi/period.
     determinant_defect : float (...)
@@ -61,7 +64,6 @@ class Stability:
     """
 
     exponents: Any
-    multipliers: Any
     exponent_errors: Any
     determinant_defect: Any
     rotation_number: Any
@@ -71,6 +73,12 @@ class Stability:
     method: Any
     panels: Any
     period: float
+
+    @property
+    def multipliers(self) -> Any:
+        """exp(η·period), complex (..., states); of the twisted passage, where there is a twist; nan if constant."""
+        with np.errstate(over="ignore"):  # a multiplier beyond the range of doubles is inf; its exponent is not
+            return np.exp(self.exponents * self.period)
 
 
 def verdict_of(sigma: Array, errors: Array, *, neutral: NDArray[np.bool_]) -> tuple[NDArray[np.int8], NDArray[np.int8]]:
@@ -83,7 +91,6 @@ def verdict_of(sigma: Array, errors: Array, *, neutral: NDArray[np.bool_]) -> tu
 def shaped(
     phi: PeriodMap,
     eta: Array,
-    multipliers: Array,
     errors: Array,
     defect: Array,
     rho: Array,
@@ -101,7 +108,7 @@ def shaped(
         "method": np.full(len(eta), phi.method, np.int8),
         "panels": phi.panels,
     }
-    vectors: dict[str, Any] = {"exponents": eta, "multipliers": multipliers, "exponent_errors": errors}
+    vectors: dict[str, Any] = {"exponents": eta, "exponent_errors": errors}
     return Stability(
         period=phi.period,
         **{k: v.reshape(*shape, n) for k, v in vectors.items()},

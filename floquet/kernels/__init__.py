@@ -15,7 +15,9 @@ import importlib.util
 import os
 from functools import cache
 
-__all__ = ["POINTS", "available", "worth_compiling"]
+import numpy as np
+
+__all__ = ["POINTS", "available", "cores", "keep_memory", "worth_compiling"]
 
 #: From this many points on compiled kernels are used: NumPy would take about as long as numba takes to load.
 POINTS = 4096
@@ -30,3 +32,21 @@ def available() -> bool:
 def worth_compiling(points: int) -> bool:
     """Whether so many points go to the compiled kernels; by their number alone, so that answers do not vary."""
     return points >= POINTS and available()
+
+
+def cores() -> int:
+    """Threads to use: ``FLOQUET_THREADS``, or as many as this process may run on."""
+    asked = os.environ.get("FLOQUET_THREADS", "")
+    if asked.isdigit() and int(asked) > 0:
+        return int(asked)
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+
+
+@cache
+def keep_memory() -> None:
+    """Have the C library keep freed memory, where it is glibc.
+
+    By default it returns the memory of every larger array to the system, and fresh pages cost more than the arithmetic
+    in them: twice the time for a chunk of points.  Its threshold follows the largest block that was ever freed.
+    """
+    np.zeros(3_900_000)[::512] = 1.0  # just below 32 MB, the most the threshold follows

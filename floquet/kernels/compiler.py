@@ -16,6 +16,7 @@ import tempfile
 from collections.abc import Callable
 from functools import cache
 from pathlib import Path
+from types import FunctionType
 from typing import Any, TypeVar
 
 import numba
@@ -24,7 +25,7 @@ import numpy as np
 __all__ = ["cache_folder", "inlined", "kernel"]
 
 F = TypeVar("F", bound=Callable[..., Any])
-OPTIONS = {"nogil": True, "fastmath": {"contract"}, "error_model": "numpy"}
+OPTIONS: dict[str, Any] = {"nogil": True, "fastmath": {"contract"}, "error_model": "numpy"}
 
 
 def digest(folder: Path = Path(__file__).parent) -> str:
@@ -53,14 +54,18 @@ def cache_folder() -> str:
 
 def kernel(function: F) -> F:
     """A function over arrays of points: compiled at its first call, kept on disk, free of the interpreter's lock."""
-    before = numba.config.CACHE_DIR
-    numba.config.CACHE_DIR = cache_folder() or before
+    config: Any = numba.config
+    before = config.CACHE_DIR
+    config.CACHE_DIR = cache_folder() or before
     try:
         return numba.njit(cache=bool(cache_folder()), **OPTIONS)(function)
     finally:
-        numba.config.CACHE_DIR = before
+        config.CACHE_DIR = before
 
 
-def inlined(function: F) -> F:
-    """A function of numbers, compiled into the loops that call it."""
+def inlined(function: F, **primitives: Any) -> F:
+    """A function of numbers, compiled into the loops that call it; ``primitives`` replace globals of these names."""
+    if primitives:
+        names = {**function.__globals__, **primitives}  # what NumPy does with arrays, numbers do in another way
+        function = FunctionType(function.__code__, names, function.__name__)  # type: ignore[assignment]
     return numba.njit(forceinline=True, **OPTIONS)(function)

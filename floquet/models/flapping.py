@@ -29,7 +29,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..errors import FloquetWarning, ParameterError
-from ..periodic import TWO_PI, PeriodicMatrix, PeriodicSystem, fractions
+from ..periodic import TWO_PI, Equation, PeriodicMatrix, PeriodicSystem
 from ..rotor import PARAMETERS, Hub, Rotor
 from .inputs import FORCING
 from .physics import Physics, PhysicsKeywords, advance_ratios
@@ -80,63 +80,24 @@ def blade(rotor: Rotor, advance_ratio: ArrayLike, **options: Unpack[PhysicsKeywo
             stacklevel=3,
         )
     values = {p.name: np.asarray(getattr(rotor, p.name), float) for p in PARAMETERS} | {"advance_ratio": mu}
-    return _equation(values, physics)
-
-
-def _equation(values: Mapping[str, NDArray[Any]], physics: Physics) -> PeriodicSystem:
-    """Eq. (1) for parameters in doubles, or exact ones (object arrays of fractions)."""
-    gamma, m, mu = values["lock_number"], values["offset_mass_ratio"], values["advance_ratio"]
-    air = _Integrals(values, physics)
-    half = gamma / 2
-
-    structure = _constant(1 + values["hinge_stiffness"] + m)
-    pitch = half * air.integral(2, 0, 1)
-    inflow = half * air.integral(1, 0, 1)
-    damping = _constant(values["flap_damping"]) + half * air.integral(1, 0, 2)
-    stiffness = structure + values["pitch_flap_coupling"] * pitch + mu * (COSINE @ inflow)
-
-    def forcing() -> PeriodicMatrix:
-        twist, rate = half * air.integral(2, 1, 1), half * air.integral(1, 1, 1)
-        coriolis, acceleration = 2.0 * (1.0 + m), (1.0 + m if physics.kinematic_rates else np.ones_like(m))
-        columns = [
-            pitch,
-            -1.0 * (COSINE @ pitch),
-            -1.0 * (SINE @ pitch),
-            twist,
-            inflow,
-            SINE @ rate + coriolis * COSINE,
-            COSINE @ rate - coriolis * SINE,
-            acceleration * SINE,
-            acceleration * COSINE,
-            _constant(values["static_moment_ratio"]),
-        ]
-        return PeriodicMatrix.assemble([columns])
-
-    def exactly(index: NDArray[np.intp]) -> PeriodicSystem:
-        shape = np.broadcast_shapes(*(v.shape for v in values.values()))
-        return _equation({n: fractions(np.broadcast_to(v, shape).ravel()[index]) for n, v in values.items()}, physics)
-
+    _Blade(values, physics)  # refuses what cannot be
     return PeriodicSystem(
         period=TWO_PI,
-        damping=damping,
-        stiffness=stiffness,
-        inputs=forcing,
+        equation=Equation(build=lambda some: _Blade(some, physics).equation(), parameters=values),
+        inputs=lambda: _Blade(values, physics).forcing(),
         input_names=FORCING,
         coordinates=("beta",),
         name="flapping",
-        exactly=exactly,
     )
 
 
-def _constant(value: NDArray[Any]) -> PeriodicMatrix:
-    return PeriodicMatrix.scalar(mean=value)
-
-
-class _Integrals:
-    """∫ (x+u)^p x^j (x-ε)^k dx over the lifting blade, as periodic functions through u = μ sin ψ."""
+class _Blade:
+    """Eq. (1) for parameters in doubles, or exact ones (object arrays of fractions)."""
 
     def __init__(self, values: Mapping[str, NDArray[Any]], physics: Physics) -> None:
+        self.values, self.physics = values, physics
         self.mu, self.offset = values["advance_ratio"], values["hinge_offset"]
+        self.half = values["lock_number"] / 2
         cutout = values["root_cutout"]
         self.root = np.maximum(self.offset, cutout)
         self.tip = Fraction(physics.tip_loss) if self.mu.dtype == object else physics.tip_loss
@@ -149,6 +110,35 @@ class _Integrals:
         self.exact = physics.exact_offset | (cutout > self.offset)
         self.edges = self._kinks() if physics.reversed_flow else None
 
+    def equation(self) -> tuple[PeriodicMatrix, PeriodicMatrix]:
+        """d and k."""
+        v = self.values
+        structure = _constant(1 + v["hinge_stiffness"] + v["offset_mass_ratio"])
+        damping = _constant(v["flap_damping"]) + self.half * self.integral(1, 0, 2)
+        pitch, inflow = self.half * self.integral(2, 0, 1), self.half * self.integral(1, 0, 1)
+        return damping, structure + v["pitch_flap_coupling"] * pitch + self.mu * (COSINE @ inflow)
+
+    def forcing(self) -> PeriodicMatrix:
+        """f, a column an input."""
+        m, half = self.values["offset_mass_ratio"], self.half
+        pitch, inflow = half * self.integral(2, 0, 1), half * self.integral(1, 0, 1)
+        twist, rate = half * self.integral(2, 1, 1), half * self.integral(1, 1, 1)
+        coriolis, acceleration = 2.0 * (1.0 + m), (1.0 + m if self.physics.kinematic_rates else np.ones_like(m))
+        columns = [
+            pitch,
+            -1.0 * (COSINE @ pitch),
+            -1.0 * (SINE @ pitch),
+            twist,
+            inflow,
+            SINE @ rate + coriolis * COSINE,
+            COSINE @ rate - coriolis * SINE,
+            acceleration * SINE,
+            acceleration * COSINE,
+            _constant(self.values["static_moment_ratio"]),
+        ]
+        return PeriodicMatrix.assemble([columns])
+
+    # ∫ (x+u)^p x^j (x-ε)^k dx over the lifting blade, as periodic functions through u = μ sin ψ
     def integral(self, p: int, j: int, k: int) -> PeriodicMatrix:
         """The integral with U_T^p, sign reversed in reversed flow where that is taken into account."""
         monomials = _powers(self.offset, j, k)
@@ -206,3 +196,7 @@ def _inboard(monomials: Sequence[NDArray[Any]], p: int, root: NDArray[Any]) -> l
             e = n + 1 + p - b
             out[b] = out[b] - math.comb(p, b) * c * _power(root, e) / e
     return out
+
+
+def _constant(value: NDArray[Any]) -> PeriodicMatrix:
+    return PeriodicMatrix.scalar(mean=value)

@@ -19,14 +19,14 @@ where K₁ acts on the total flap angle, coning included; it is the eleventh inp
 from __future__ import annotations
 
 import math
-from dataclasses import replace
-from typing import Unpack
+from collections.abc import Mapping
+from typing import Any, Unpack
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..errors import ParameterError
-from ..periodic import PeriodicMatrix, PeriodicSystem
+from ..periodic import Equation, PeriodicMatrix, PeriodicSystem
 from ..rotor import Rotor
 from .flapping import blade
 from .inputs import PRECONE
@@ -50,25 +50,23 @@ def teetering(rotor: Rotor, advance_ratio: ArrayLike, **options: Unpack[PhysicsK
             "give both as 0, or use the flapping model",
         )
     one = blade(rotor, advance_ratio, **options)
-    assert one.damping is not None and one.stiffness is not None and one.inputs is not None
-    inputs, stiffness = one.inputs, one.stiffness
+    assert one.equation is not None and one.inputs is not None
+    inputs, blade_equation = one.inputs, one.equation
+
+    def build(values: Mapping[str, NDArray[Any]]) -> tuple[PeriodicMatrix, PeriodicMatrix]:
+        d, k = blade_equation.build(values)
+        return _even(d), _even(k)
 
     def forcing() -> PeriodicMatrix:
-        return PeriodicMatrix.assemble([[_odd(inputs()), -1.0 * _odd(stiffness)]])
+        return PeriodicMatrix.assemble([[_odd(inputs()), -1.0 * _odd(blade_equation.whole()[1])]])
 
-    def exactly(index: NDArray[np.intp]) -> PeriodicSystem:
-        return _halved(one.exact(index))
-
-    return replace(
-        _halved(one), inputs=forcing, input_names=(*one.input_names, PRECONE), name="teetering", exactly=exactly
-    )
-
-
-def _halved(one: PeriodicSystem) -> PeriodicSystem:
-    """Half the difference of the equations of a blade and the one opposite."""
-    assert one.damping is not None and one.stiffness is not None
     return PeriodicSystem(
-        period=math.pi, damping=_even(one.damping), stiffness=_even(one.stiffness), coordinates=("beta",)
+        period=math.pi,
+        equation=Equation(build=build, parameters=blade_equation.parameters),
+        inputs=forcing,
+        input_names=(*one.input_names, PRECONE),
+        coordinates=("beta",),
+        name="teetering",
     )
 
 

@@ -17,11 +17,11 @@ from __future__ import annotations
 from ..errors import ParameterError
 from ..periodic import PeriodicSystem
 from .factors import factor_map
-from .hill import hill_form, hill_map, trace_and_discriminant_errors
+from .hill import hill_form, hill_map
 from .panels import EPS, LADDER, ROUNDING
 from .result import Method, PeriodMap
 
-__all__ = ["EPS", "ROUNDING", "Method", "PeriodMap", "hill_form", "period_map", "trace_and_discriminant_errors"]
+__all__ = ["EPS", "ROUNDING", "Method", "PeriodMap", "hill_form", "period_map"]
 
 
 def period_map(system: PeriodicSystem, *, panels: int | None = None) -> PeriodMap:

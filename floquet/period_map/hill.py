@@ -1,138 +1,169 @@
-"""One scalar equation, in Hill form."""
+"""One scalar equation, mapped in its Hill form.
+
+With β = exp(-½∫d) y the equation β'' + d β' + k β = 0 becomes::
+
+    y'' + q y = 0,     q = k - d'/2 - d²/4,     det Φ = 1,    exponents = α ± ν,  α = -mean(d)/2
+
+so that both exponents keep all their digits; where d jumps by Δ, y' jumps by ½Δ y.
+
+How many panels a point needs follows from its q alone: from the frequency √|q| and, for every harmonic n of amplitude
+a_n, from the terms (nh)^k of its Taylor series.  The rule below was fitted to what 18 000 random blades and Mathieu
+equations needed; points that need more go up the ladder.
+"""
 
 from __future__ import annotations
 
 import math
-from itertools import pairwise
+from collections.abc import Callable
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ..collocation import Rule, second_order_panel
+from ..kernels.hill import ROWS, Panels, map_equal_panels, map_panels
 from ..periodic import PeriodicMatrix, PeriodicSystem
-from .panels import Panel, estimated, panels_of, piece_lengths, refine, resolved
+from .precise import make_precise
 from .result import Method, PeriodMap
 
+__all__ = ["hill_form", "hill_map"]
+
 Array = NDArray[np.float64]
+
+#: Numbers of panels a turn of harmonic 1, by about an eighth.
+LADDER = np.array([*range(2, 17), *(round(16 * 1.125**k) for k in range(1, 50))], np.int64)
+PLACES = np.searchsorted(LADDER, np.arange(LADDER[-1] + 1)).astype(np.int16)  # of a number of panels on the ladder
+COUNTABLE = 2.1  # panels a turn over √|q|: less than half a turn (π) of y each, so that its zeros are counted
+FREQUENCY, HARMONIC, AMPLITUDE = 0.9, 1.4, 2.2
+RUNGS = 16  # a factor of eight: what is smooth is resolved by then, other places need kinks declared
+
+
+def hill_map(system: PeriodicSystem, panels: int | None = None) -> PeriodMap:
+    """Map of one scalar equation."""
+    shape = system.cases
+    part = system.part(slice(None))
+    q, alpha, kicks = hill_form(part)
+    n = math.prod(shape)
+    q = q.flat((n,))
+    rows, used = np.empty((len(ROWS), n)), np.empty(n, np.int32)
+    size = _size(part, n)
+    if q.edges is None:
+        _map_smooth(q, size, system.period, panels, rows, used)
+    else:
+        _map_pieces(q, kicks, size, system.period, panels, rows, used)
+    phi = PeriodMap(
+        method=Method.HILL,
+        period=system.period,
+        shape=shape,
+        mean=np.broadcast_to(alpha, (n,)),
+        panels=used,
+        rows=rows,
+        precise=np.zeros(n, bool),
+    )
+    # a jump of the damping is known in doubles only
+    return phi if panels or kicks is not None else make_precise(phi, system)
 
 
 def hill_form(system: PeriodicSystem) -> tuple[PeriodicMatrix, Array, Array | None]:
     """q, α and the kicks ½Δ at the edges (cases, pieces), None where d does not jump."""
-    assert system.stiffness is not None
-    k = system.stiffness
-    d = system.damping if system.damping is not None else PeriodicMatrix.constant(np.zeros((1, 1)), k.period)
+    k, d = system.stiffness, system.damping
+    assert k is not None
+    if d is None:
+        return k, np.zeros(k.cases), None
     if k.edges is not None:
         d = d + 0 * k  # on the pieces of q
     q = k - d.derivative() / 2 - (d @ d) / 4
+    alpha = -0.5 * np.asarray(d.mean()[..., 0, 0], float)
     if q.edges is None:
-        return q, -0.5 * d.mean()[..., 0, 0], None
+        return q, alpha, None
     kicks = 0.5 * d.jumps()[..., 0, 0]
     kicks = np.where(np.abs(kicks) <= 1e-14 * (1.0 + d.bound()[..., 0, :]), 0.0, kicks)  # the rounding of equal values
-    return q, -0.5 * d.mean()[..., 0, 0], kicks if np.any(kicks) else None
+    return q, alpha, kicks if np.any(kicks) else None
 
 
-def hill_map(system: PeriodicSystem, panels: int | None) -> PeriodMap:
-    q, alpha, kicks = hill_form(system)
-    shape = system.cases
-    q = q.flat(shape)
-    n = math.prod(shape)
-    if kicks is not None:
-        kicks = np.broadcast_to(kicks, (*shape, kicks.shape[-1])).reshape(n, -1)
-    hill, tau_error, D_error, turns, used = (
-        np.empty((n, 2, 2)),
-        np.empty(n),
-        np.empty(n),
-        np.empty(n),
-        np.empty(n, np.int32),
-    )
+def _size(system: PeriodicSystem, n: int) -> Array:
+    """Of the terms that q is made of: rounding of q is relative to it."""
+    k, d = system.stiffness, system.damping
+    assert k is not None
+    size = k.magnitude()[..., 0, 0]
+    if d is not None:
+        damping = d.magnitude()[..., 0, 0]
+        size = size + (0.5 + 0.25 * damping) * damping
+    return np.broadcast_to(size, (n,))
 
-    def solve(index: NDArray[np.intp], counts: tuple[int, ...]) -> NDArray[np.bool_]:
-        part = q.case(index)
-        maps, own, balances, done = [], [], [], np.ones(len(index), bool)
-        for panel in panels_of(part, system.period, counts):
 
-            def mapped(rule: Rule, panel: Panel = panel) -> Array:
-                return second_order_panel(None, panel.matrix.sample(panel.nodes(rule)), panel.half, rule)
+def _refined(
+    rung: NDArray[np.int16], rows: Array, fixed: bool, solve: Callable[[NDArray[np.intp], NDArray[np.int64]], None]
+) -> None:
+    """Solve all points on the first step of the ladder that resolves them: ``solve(points, panels a turn)``."""
+    last, pending = rung + RUNGS, np.arange(len(rung))
+    while pending.size:
+        solve(pending, LADDER[np.minimum(rung[pending], len(LADDER) - 1)])
+        pending = pending[(rows[7, pending] > 0) & (rung[pending] < last[pending])] if not fixed else pending[:0]
+        rung[pending] += 2
 
-            balance = _balance(panel.half)
-            F, error = estimated(mapped, balance)
-            done &= resolved(F, error, balance)
-            if panel.begins is not None and kicks is not None:
-                inside = (
-                    panel.centre - panel.half < system.period
-                )  # pieces beyond the period have no length, and no kick
-                F[:, :, 0] += F[:, :, 1] * np.where(inside, kicks[index, panel.begins], 0.0)[:, None]
-            maps.append(F)
-            own.append(error)
-            balances.append(balance)
-        before = _products(maps)
-        hill[index], turns[index] = before[-1], _turns(before)
-        tau_error[index], D_error[index] = trace_and_discriminant_errors(
-            maps, before, [e[:, None, None] / b for e, b in zip(own, balances, strict=True)]
+
+def _map_smooth(
+    q: PeriodicMatrix, size: Array, period: float, panels: int | None, rows: Array, used: NDArray[np.int32]
+) -> None:
+    """One trigonometric polynomial over the period: equal panels."""
+    terms = np.ascontiguousarray(q.coefficients[:, 0, :, 0, 0].T)
+    angle = period / q.period
+
+    def solve(points: NDArray[np.intp], ladder: NDArray[np.int64]) -> None:
+        counts = np.full(len(points), panels) if panels else np.ceil(ladder * angle - 1e-9).astype(np.int64)
+        map_equal_panels(terms, size, points, counts, period, angle, rows)
+        used[points] = counts
+
+    _refined(_first_rung(terms, 2.0 * math.pi / q.period), rows, bool(panels), solve)
+
+
+def _first_rung(terms: Array, omega: float) -> NDArray[np.int16]:
+    """Place on the ladder for q as terms (2H+1, n) in harmonics of frequency ω."""
+    amplitudes = np.sqrt(terms[1::2] ** 2 + terms[2::2] ** 2)
+    frequency = np.sqrt(np.abs(terms[0]) + amplitudes.sum(axis=0)) / omega
+    wanted = COUNTABLE * frequency
+    if len(amplitudes):
+        series = np.zeros(terms.shape[1])
+        for n, a in enumerate(amplitudes, start=1):
+            relative = np.sqrt(np.sqrt((4.0 / (n * omega) ** 2) * a))
+            np.maximum(series, n * np.where(a > 0.0, HARMONIC + AMPLITUDE * relative, 0.0), out=series)
+        wanted = np.maximum(wanted, FREQUENCY * frequency + series)
+    return PLACES[np.ceil(np.minimum(wanted, len(PLACES) - 1)).astype(np.int64)]
+
+
+def _map_pieces(
+    q: PeriodicMatrix,
+    kicks: Array | None,
+    size: Array,
+    period: float,
+    panels: int | None,
+    rows: Array,
+    used: NDArray[np.int32],
+) -> None:
+    """A polynomial a piece: equal panels on each, about as long as those of the others."""
+    assert q.edges is not None
+    omega = 2.0 * math.pi / q.period
+    edges = np.broadcast_to(np.minimum(q.edges, period), (len(size), q.edges.shape[-1]))
+    start, length = edges[:, :-1], np.diff(edges, axis=-1)
+    kick = np.zeros(start.shape) if kicks is None else np.where(start < period, kicks, 0.0)
+    terms = np.moveaxis(q.coefficients[..., 0, 0], -1, 0)  # (2H+1, n, pieces)
+
+    def solve(points: NDArray[np.intp], ladder: NDArray[np.int64]) -> None:
+        density = np.full(len(points), panels / period) if panels else ladder * (omega / (2.0 * math.pi))
+        counts = np.maximum(np.ceil(density[:, None] * length[points] - 1e-9), 1).astype(np.int64)
+        flat = counts.ravel()
+        piece = np.repeat(np.arange(flat.size), flat)  # of each panel, all points' pieces in a row
+        place = np.arange(len(piece)) - np.repeat(np.cumsum(flat) - flat, flat)
+        half = ((length[points] / (2 * counts)).ravel())[piece]
+        found = Panels(
+            terms=terms[:, points].reshape(len(terms), -1)[:, piece],
+            centre=start[points].ravel()[piece] + (2 * place + 1) * half,
+            half=half,
+            kick=np.where(place == 0, kick[points].ravel()[piece], 0.0),
+            counts=counts.sum(axis=1),
+            frequency=omega,
         )
-        used[index] = len(maps)
-        return done
+        map_panels(found, size[points], 0.5 * period / found.counts, points, rows)
+        used[points] = found.counts
 
-    refine(solve, piece_lengths(q, system.period), np.sqrt(q.bound()[:, 0, 0]), system.period, panels)
-    alpha = np.broadcast_to(alpha, shape).reshape(n)
-    return PeriodMap(
-        method=Method.HILL,
-        period=system.period,
-        shape=shape,
-        mean=alpha,
-        panels=used,
-        hill=hill,
-        half_trace_error=tau_error,
-        discriminant_error=D_error,
-        turns=turns,
-    )
-
-
-def _balance(h: Array) -> Array:
-    """Multiplies maps of (y, y') entry by entry into maps of (y, h y'), in which a panel's rounding is of one size."""
-    unit = np.where(h > 0, h, 1.0)
-    out = np.ones((len(h), 2, 2))
-    out[:, 0, 1], out[:, 1, 0] = 1.0 / unit, unit
-    return out
-
-
-def _products(maps: list[Array]) -> list[Array]:
-    """I, F₁, F₂F₁, … Φ."""
-    before = [np.broadcast_to(np.eye(2), maps[0].shape)]
-    for F in maps:
-        before.append(F @ before[-1])
-    return before
-
-
-def trace_and_discriminant_errors(maps: list[Array], before: list[Array], deltas: list[Array]) -> tuple[Array, Array]:
-    """Bounds of the errors of τ and D when every entry of every factor may be wrong by ``deltas``.
-
-    With Φ = S F P, the gradient of τ with respect to F is ½ P S and that of D is P (Φ - τI) S; what follows to second
-    order is D's own, (dτ)² and the product of the off-diagonal errors.
-    """
-    phi = before[-1]
-    tau = 0.5 * (phi[:, 0, 0] + phi[:, 1, 1])
-    traceless = phi - tau[:, None, None] * np.eye(2)
-    first, second, entries = np.zeros(len(phi)), np.zeros(len(phi)), np.zeros(phi.shape)
-    S = np.broadcast_to(np.eye(2), phi.shape)
-    for F, P, delta in zip(maps[::-1], before[-2::-1], deltas[::-1], strict=True):
-        weight = np.swapaxes(delta, -1, -2)
-        first += 0.5 * _total(np.abs(P @ S) * weight)
-        second += _total(np.abs(P @ traceless @ S) * weight)
-        entries += np.abs(S) @ delta @ np.abs(P)
-        S = S @ F
-    spread = 0.5 * (entries[:, 0, 0] + entries[:, 1, 1])
-    return first, second + spread * spread + entries[:, 0, 1] * entries[:, 1, 0]
-
-
-def _turns(before: list[Array]) -> Array:
-    """Revolutions of (y, y') clockwise on the way."""
-    angle = np.zeros(len(before[0]))
-    for a, b in pairwise(m[:, :, 0] for m in before):
-        angle += np.arctan2(a[:, 1] * b[:, 0] - a[:, 0] * b[:, 1], a[:, 0] * b[:, 0] + a[:, 1] * b[:, 1])
-    return np.asarray(angle / (2.0 * math.pi))
-
-
-def _total(m: Array) -> Array:
-    """Sum of the entries of 2×2 matrices."""
-    return np.asarray(m[:, 0, 0] + m[:, 0, 1] + m[:, 1, 0] + m[:, 1, 1])
+    rung = np.max([_first_rung(terms[:, :, j], omega) for j in range(terms.shape[2])], axis=0)
+    _refined(rung, rows, bool(panels), solve)

@@ -17,9 +17,10 @@ Array = NDArray[np.float64]
 class Method(Word):
     """How exponents were found."""
 
-    HILL = 0  # collocation of the Hill form of one scalar equation
-    FACTORS = 1  # collocation of the states, exponents from the factors
+    HILL = 0  # Taylor series of the Hill form of one scalar equation
+    FACTORS = 1  # maps of the states panel by panel, exponents from the factors
     EIGENVALUES = 2  # constant coefficients
+    PRECISE = 3  # the Hill form from exact coefficients in forty digits, next to branch points
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -32,19 +33,17 @@ class PeriodMap:
     period : float
     twist : (n,) or None
         The motion after a period is twist·Φ.
-    hill : (cases, 2, 2)
-        Φ of the Hill form (method HILL only), determinant 1.
+    rows : (9, cases)
+        Φ of the Hill form, determinant 1, and bounds: :data:`floquet.kernels.hill.ROWS` (method HILL only).
+    precise : (cases,)
+        Where the rows come from exact coefficients (HILL).
     factors : tuple of (panels, n, n)
         One a case, first panel first (method FACTORS only).
-    half_trace_error, discriminant_error : (cases,)
-        Bounds of the errors of τ and D (HILL).
     errors : tuple of (panels,)
         Bound of the Frobenius norm of each factor's error (FACTORS).
     mean : (cases,)
         α = -mean(d)/2 (HILL), or the mean trace of A (FACTORS).
     states : int
-    turns : (cases,)
-        Revolutions of (y, y') clockwise, less than half a turn from the rotation number (HILL; else nan).
     panels : (cases,)
     shape : tuple
         Shape of the cases.
@@ -56,22 +55,26 @@ class PeriodMap:
     mean: Array
     panels: NDArray[np.int32]
     twist: Array | None = None
-    hill: Array | None = None
+    rows: Array | None = None
+    precise: NDArray[np.bool_] | None = None
     factors: tuple[Array, ...] = ()
-    half_trace_error: Array | None = None
-    discriminant_error: Array | None = None
     errors: tuple[Array, ...] = ()
-    turns: Array | None = None
     states: int = 2
+
+    @property
+    def hill(self) -> Array:
+        """Φ of the Hill form, (cases, 2, 2)."""
+        assert self.rows is not None
+        return np.moveaxis(self.rows[:4].reshape(2, 2, -1), -1, 0)
 
     @property
     def half_trace(self) -> Array:
         """τ = ½ tr Φ of the Hill form: |τ| ≤ 1 is a complex pair, |τ| > 1 a lock."""
-        assert self.hill is not None
-        return 0.5 * (self.hill[:, 0, 0] + self.hill[:, 1, 1])
+        assert self.rows is not None
+        return 0.5 * (self.rows[0] + self.rows[3])
 
     @property
     def discriminant(self) -> Array:
         """((Φ₁₁-Φ₂₂)/2)² + Φ₁₂ Φ₂₁ = τ² - 1 without the cancellation; positive in a lock."""
-        assert self.hill is not None
-        return (0.5 * (self.hill[:, 0, 0] - self.hill[:, 1, 1])) ** 2 + self.hill[:, 0, 1] * self.hill[:, 1, 0]
+        assert self.rows is not None
+        return self.rows[8]
