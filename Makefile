@@ -3,6 +3,7 @@
 #   make validity   run studies/validity.toml, print where the tip-path-plane model stops, draw the four figures
 #   make report1431 every table and figure of NASA TP-1431 into results/tp1431, with a page, index.html (half a minute)
 #   make test       ruff, mypy, pytest
+#   make bench      speed and accuracy beside SciPy, heyoka, numbalsoda, diffrax (five minutes; installs them into .venv)
 #   make mutants    break the code on purpose: every break must fail a test
 #   make clean      remove .venv, results and caches
 
@@ -12,7 +13,7 @@ FLOQUET := $(PYTHON) -m floquet
 DATABASE := results/validity.h5
 FIGURES := validity-summary root-locus eigenvalues-vs-mu error-vs-mu
 
-.PHONY: help validity report1431 test mutants clean environment test-environment
+.PHONY: help validity report1431 test bench mutants clean environment test-environment bench-environment
 .DEFAULT_GOAL := help
 
 help:
@@ -38,6 +39,9 @@ test: test-environment
 	$(PYTHON) -m mypy
 	$(PYTHON) -m pytest -n auto
 
+bench: bench-environment
+	$(PYTHON) -m benchmarks
+
 mutants: test-environment
 	$(PYTHON) tests/mutants.py
 
@@ -52,6 +56,13 @@ environment:
 test-environment: environment
 	@cmp -s pyproject.toml $(VENV)/installed-test.toml || \
 		{ $(call install,.[test$(comma)export]) && cp pyproject.toml $(VENV)/installed-test.toml; }
+
+# numbalsoda is not in the extra: without g++ and gfortran its build fails, and would take the others with it.
+bench-environment: environment
+	@cmp -s pyproject.toml $(VENV)/installed-bench.toml || \
+		{ $(call install,.[bench]) && cp pyproject.toml $(VENV)/installed-bench.toml; }
+	@$(PYTHON) -c 'import numbalsoda' 2>/dev/null || $(PYTHON) -m pip install numbalsoda || \
+		echo "numbalsoda was not built (it needs g++ and gfortran): the benchmark skips it" >&2
 
 comma := ,
 define install

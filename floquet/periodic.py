@@ -566,6 +566,8 @@ class PeriodicSystem:
         Names of the columns of F.
     coordinates : tuple of str
         Names of q (or x).
+    blade : PeriodicSystem, optional
+        One coordinate whose exponents, shifted by the whole numbers 0 … n-1, are the exponents of this system.
     equation : Equation, optional
         Of a model: millions of cases are then made and solved in pieces that fit a cache.
     """
@@ -581,6 +583,7 @@ class PeriodicSystem:
     input_names: tuple[str, ...] = ()
     coordinates: tuple[str, ...] = ()
     name: str = ""
+    blade: PeriodicSystem | None = None
     equation: Equation | None = None
 
     def __post_init__(self) -> None:
@@ -691,7 +694,7 @@ class PeriodicSystem:
         """
         if self.equation is not None:
             D, K = self.equation.some(index, exact=exact)
-            return replace(self, damping=D, stiffness=K, equation=None)
+            return replace(self, damping=D, stiffness=K, equation=None, blade=None)
         if self.function is not None:
             if exact:
                 raise ParameterError(
@@ -771,7 +774,9 @@ class PeriodicSystem:
             n: None if (m := getattr(self, n)) is None else _averaged(m) for n in ("damping", "stiffness", "matrix")
         }
         inputs = self.inputs
-        return replace(self, period=math.nan, twist=None, inputs=inputs and (lambda: _averaged(inputs())), **averaged)
+        return replace(
+            self, period=math.nan, twist=None, blade=None, inputs=inputs and (lambda: _averaged(inputs())), **averaged
+        )
 
 
 for _name in ("damping", "stiffness"):

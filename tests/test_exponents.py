@@ -118,9 +118,15 @@ def test_identical_blades_have_the_blades_exponents_shifted_by_integers(N: int, 
     rotor = Rotor(lock_number=gamma, hinge_offset=0.05, pitch_flap_coupling=0.1, blades=N)
     blade = np.asarray(stability(flapping(rotor, mu)).exponents)
     expected = (blade[:, None] + 1j * np.arange(N)).ravel()
-    found = stability(multiblade(rotor, mu))
-    assert distances(found.exponents, expected, N).max() < GOAL
-    assert found.determinant_defect < 1e-13
+    system = multiblade(rotor, mu)
+    found, direct = stability(system), stability(system, symmetry=False)
+    assert found.method == Method.HILL and direct.method == Method.FACTORS
+    for one in (found, direct):
+        assert distances(one.exponents, expected, N).max() < GOAL
+        assert one.determinant_defect < 1e-13
+    assert np.all(distances(found.exponents, direct.exponents, N) <= found.exponent_errors + direct.exponent_errors)
+    assert np.all(np.abs(np.imag(found.exponents)) <= 0.5 * N) and found.verdict == direct.verdict
+    assert np.sum(found.exponents).imag == 0.0  # conjugates, to the last bit
 
 
 # ---------------------------------------------------------------------- bounds
@@ -145,7 +151,7 @@ def test_bound_covers_the_worst_perturbation_and_is_not_five_times_it(parameters
     assert phi.rows is not None
     one = (np.ones(1), np.zeros(1), np.zeros(1), np.ones(1))
     rows = phi.rows.copy()
-    rows[4:6] = finished(tuple(rows[:4]), 1.0, weighed(one, one, tuple(rows[:4]), phi.half_trace, 1e-9, 1.0))[4:]
+    rows[4:6] = finished(tuple(rows[:4]), 1.0, weighed(one, one, tuple(rows[:4]), phi.half_trace, 1e-9, 1.0))[4:6]
     phi = replace(phi, rows=rows)
     found = exponents(phi)
     moved = 0.0

@@ -8,11 +8,12 @@ from concurrent.futures import ThreadPoolExecutor
 import numpy as np
 
 from ..errors import ParameterError
-from ..kernels import cores, keep_memory
+from ..kernels import POINTS, cores, keep_memory
 from ..period_map import Method, PeriodMap, period_map
 from ..periodic import PeriodicSystem
 from .factors import of_constant, of_factors
 from .hill import of_hill
+from .identical import of_identical
 from .result import PER_CASE, PER_STATE, Reason, Stability, Verdict
 
 __all__ = ["Reason", "Stability", "Verdict", "exponents", "stability"]
@@ -20,10 +21,17 @@ __all__ = ["Reason", "Stability", "Verdict", "exponents", "stability"]
 CHUNK = 16384  # cases made and solved at once: their coefficients and maps stay in a cache
 
 
-def stability(system: PeriodicSystem, *, panels: int | None = None) -> Stability:
-    """Exponents, bounds and verdict of ``system``; ``panels`` fixes the resolution (for convergence studies).
+def stability(system: PeriodicSystem, *, panels: int | None = None, symmetry: bool = True) -> Stability:
+    """Exponents, bounds and verdict of a system.
 
-    Many cases are solved by all cores (``FLOQUET_THREADS`` says how many); the answers do not depend on how many.
+    Parameters
+    ----------
+    system : PeriodicSystem
+        Many cases are solved by all cores (``FLOQUET_THREADS`` says how many); the answers do not depend on how many.
+    panels : int, optional
+        Fixes the resolution, for convergence studies.
+    symmetry : bool
+        Identical blades: take the exponents of one blade, shifted by whole numbers; False integrates all coordinates.
     """
     if not isinstance(system, PeriodicSystem):
         raise ParameterError(
@@ -31,8 +39,12 @@ def stability(system: PeriodicSystem, *, panels: int | None = None) -> Stability
         )
     if system.constant:
         return of_constant(system)
-    if system.second_order and math.prod(system.cases) > CHUNK:
-        return _in_chunks(system, panels)
+    if system.blade is not None and symmetry:
+        return of_identical(stability(system.blade, panels=panels), system.degrees, system.period)
+    if system.second_order and (cases := math.prod(system.cases)) >= POINTS:
+        keep_memory()
+        if cases > CHUNK:
+            return _in_chunks(system, panels)
     return exponents(period_map(system, panels=panels))
 
 
@@ -56,7 +68,6 @@ def _in_chunks(system: PeriodicSystem, panels: int | None) -> Stability:
 
     if system.equation is None:
         system = system.part(slice(None))  # along one axis, once
-    keep_memory()
     with ThreadPoolExecutor(cores()) as pool:
         list(pool.map(solve, range(0, n, CHUNK)))
     return Stability(

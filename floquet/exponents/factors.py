@@ -32,9 +32,7 @@ def of_factors(phi: PeriodMap) -> Stability:
     errors += 4.0 * EPS * np.abs(eta)
     verdict, reason = verdict_of(eta.real, errors, neutral=np.zeros(count, bool))
     nan = np.full(count, np.nan)
-    with np.errstate(over="ignore"):  # a multiplier beyond the range of doubles is inf; its exponent is not
-        multipliers = np.exp(eta * T)
-    return shaped(phi, eta, multipliers, errors, defect, nan, nan, verdict, reason)
+    return shaped(phi, eta, errors, defect, nan, nan, verdict, reason)
 
 
 def _log_multipliers(factors: Array, errors: Array, twist: Array) -> tuple[NDArray[np.complex128], Array]:
@@ -195,7 +193,6 @@ def of_constant(system: PeriodicSystem) -> Stability:
     }
     return Stability(
         exponents=eta,
-        multipliers=np.full((*shape, n), np.nan + 0j),
         exponent_errors=errors,
         period=math.nan,
         **plain(full, shape),

@@ -20,7 +20,7 @@ import numpy as np
 __all__ = ["POINTS", "available", "cores", "keep_memory", "worth_compiling"]
 
 #: From this many points on compiled kernels are used: NumPy would take about as long as numba takes to load.
-POINTS = 4096
+POINTS = 1024
 
 
 @cache

@@ -34,6 +34,9 @@ STABLE, UNSTABLE, UNDECIDED = 0, 1, 2
 DECIDED, NEUTRAL, BOUND = 0, 1, 2
 
 
+arcsinh, arctan2 = np.arcsinh, np.arctan2  # compiled code has its own
+
+
 def select(condition: Any, yes: Any, no: Any) -> Any:
     """``yes`` where the condition holds."""
     return np.where(condition, yes, no)
@@ -44,20 +47,20 @@ def closed(m: Any, tau_error: Any, D: Any, b: Any, zeros: Any, alpha: Any, T: An
     tau, size = 0.5 * (m[0] + m[3]), abs(D)
     locked = D > b
     root = np.sqrt(select(D * select(locked, 1.0, -1.0) > 0.0, size, 0.0))
-    growth = select(size < math.inf, select(locked, np.arcsinh(root), 0.0) / T, math.nan)  # nan: the map overflowed
+    growth = select(size < math.inf, select(locked, arcsinh(root), 0.0) / T, math.nan)  # nan: the map overflowed
 
     even = select(locked, tau > 0.0, m[2] < 0.0)
     matches = even != (zeros - 2.0 * np.floor(0.5 * zeros) > 0.5)
     k = select(matches, zeros, select(locked & (m[2] * m[0] < 0.0), zeros + 1.0, zeros - 1.0))
-    angle = select(locked, 0.0, np.arctan2(root, select(even, tau, -tau)))
-    rho = select(size < math.inf, (math.pi * k + angle) / T, math.nan)
+    angle = select(locked, 0.0, arctan2(root, select(even, tau, -tau)))
+    rho = select(size < math.inf, k * (math.pi / T) + angle / T, math.nan)  # whole multiples of π/T without rounding
 
     away = size > b
     rest = select(away, size - b, 0.0)
     moved = b / (root + np.sqrt(rest) + select(away, 0.0, 1.0))
     beside = select(D > 0.0, moved / np.sqrt(1.0 + rest), np.sqrt(moved * moved + tau_error * tau_error))
     bound = select(away, beside, 0.5 * math.pi * (np.sqrt(size) + np.sqrt(size + b))) / T
-    bound = bound + 4.0 * EPS * (abs(alpha) + growth + abs(rho))
+    bound = bound + 8.0 * EPS * (abs(alpha) + growth + abs(rho))
     bound = select(bound < math.inf, bound, math.inf)  # nan too
 
     between = D < -b  # there σ = α to rounding; the bound of the set must not blur that

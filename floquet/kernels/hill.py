@@ -32,8 +32,9 @@ __all__ = ["ROWS", "Panels", "equal_panels", "map_equal_panels", "map_panels"]
 
 Array = NDArray[np.float64]
 EPS = float(np.finfo(float).eps)
-ROUNDING = 8.0  # eps a panel, relative to its map
-COEFFICIENTS = 8.0  # eps of the largest term of q, relative to it
+# True errors of 20 000 random blades reach 0.15 (τ) and 0.42 (D) of the bounds that these give.
+ROUNDING = 2.0  # eps a panel, relative to its map
+COEFFICIENTS = 2.0  # eps of the terms of q, relative to them
 TRUNCATION = 4e-15  # relative to a panel's map: half of its rounding
 CELLS = 8192  # panels at once in NumPy: the sixty arrays of their arithmetic stay in L2
 
@@ -75,8 +76,14 @@ def weighed(p: Any, a: Any, f: Any, tau: Any, delta: Any, g: Any) -> Any:
 
 
 def finished(m: Any, unit: Any, sums: Any) -> Any:
-    """Φ in (y, y') and the bounds of τ and D from the sums of :func:`weighed`: second order is δΦ's own determinant."""
-    return m[0], m[1] * unit, m[2] / unit, m[3], 0.5 * sums[0], sums[1] + sums[2] * sums[2]
+    """Φ in (y, y'), the bounds of τ and D from the sums of :func:`weighed`, and D.
+
+    Second order is δΦ's own determinant; D itself is the difference of two numbers that are rounded.
+    """
+    half, product = 0.5 * (m[0] - m[3]), m[1] * m[2]
+    rounding = 2.0 * EPS * (half * half + abs(product))
+    D_error = sums[1] + sums[2] * sums[2] + rounding
+    return m[0], m[1] * unit, m[2] / unit, m[3], 0.5 * sums[0], D_error, half * half + product
 
 
 # ---------------------------------------------------------------------- equal panels, one polynomial: compiled
@@ -225,8 +232,8 @@ def _mapped(panels: Panels, size: Array, unit: Array) -> Array:
         unresolved = unresolved + f[6]
         after = chained(after, f[:4])
     zeros = sum(((a[0] < 0) != (b[0] < 0)) * 1.0 for a, b in pairwise(products))
-    discriminant = 0.25 * (last[0] - last[3]) * (last[0] - last[3]) + last[1] * last[2]
-    return np.stack([*finished(last, unit, sums), zeros, unresolved, discriminant])
+    *first, discriminant = finished(last, unit, sums)
+    return np.stack([*first, zeros, unresolved, discriminant])
 
 
 def _by_place(values: Array, fill: float, counts: NDArray[np.int64]) -> Array:

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from . import closing, hill
 from .compiler import inlined, kernel
+from .elementary import arcsinh, arctan2
 from .hill import COEFFICIENTS, EPS, ROUNDING, TRUNCATION
 from .taylor import panel, two_harmonics, weights
 
@@ -32,7 +33,7 @@ def _select(condition: Any, yes: Any, no: Any) -> Any:
     return yes if condition else no
 
 
-_closed = inlined(closing.closed, select=_select)
+_closed = inlined(closing.closed, select=_select, arcsinh=arcsinh, arctan2=arctan2)
 
 
 def blocks(index: NDArray[np.intp]) -> NDArray[np.intp]:
@@ -109,21 +110,44 @@ def hill_blocks(q: Any, size: Any, points: Any, cosines: Any, table: Any, half: 
             m = (last[i], last[LANES + i], last[2 * LANES + i], last[3 * LANES + i])
             sums = (state[4 * LANES + i], state[5 * LANES + i], state[6 * LANES + i])
             k = block[i]
-            out[0, k], out[1, k], out[2, k], out[3, k], out[4, k], out[5, k] = _finished(m, half, sums)
+            out[0, k], out[1, k], out[2, k], out[3, k], out[4, k], out[5, k], out[8, k] = _finished(m, half, sums)
             out[6, k], out[7, k] = state[7 * LANES + i], state[8 * LANES + i]
-            out[8, k] = 0.25 * (m[0] - m[3]) * (m[0] - m[3]) + m[1] * m[2]
+
+
+@kernel
+def close_block(rows: Any, out: Any, T: float) -> None:
+    """A block of scratch: rows and α (10 rows) → growth, ρ, lock or not, bound, verdict, reason, defect."""
+    for i in range(LANES):
+        m = (rows[i], rows[LANES + i], rows[2 * LANES + i], rows[3 * LANES + i])
+        growth, rho, locked, bound, verdict, reason, defect = _closed(
+            m,
+            rows[4 * LANES + i],
+            rows[8 * LANES + i],
+            rows[5 * LANES + i],
+            rows[6 * LANES + i],
+            rows[9 * LANES + i],
+            T,
+        )
+        out[i], out[LANES + i], out[2 * LANES + i], out[3 * LANES + i] = growth, rho, 1.0 if locked else 0.0, bound
+        out[4 * LANES + i], out[5 * LANES + i], out[6 * LANES + i] = verdict, reason, defect
 
 
 @kernel
 def close_rows(
     rows: Any, alpha: Any, T: float, parts: Any, bound: Any, rho: Any, lock: Any, defect: Any, verdict: Any, reason: Any
 ) -> None:
-    """:func:`floquet.kernels.closing.exponents_of` point by point; ``parts`` are σ₁, ρ₁, σ₂, ρ₂."""
-    for i in range(len(alpha)):
-        m = (rows[0, i], rows[1, i], rows[2, i], rows[3, i])
-        growth, turning, locked, bound[i], verdict[i], reason[i], defect[i] = _closed(
-            m, rows[4, i], rows[8, i], rows[5, i], rows[6, i], alpha[i], T
-        )
-        parts[i, 0], parts[i, 1] = alpha[i] + growth, turning
-        parts[i, 2], parts[i, 3] = alpha[i] - growth, turning if locked else -turning
-        rho[i], lock[i] = turning, turning if locked else np.nan
+    """:func:`floquet.kernels.closing.exponents_of` in blocks; ``parts`` are σ₁, ρ₁, σ₂, ρ₂ (n, 4)."""
+    n = len(alpha)
+    block, out = np.ones(10 * LANES), np.empty(7 * LANES)
+    for start in range(0, n, LANES):
+        count = min(LANES, n - start)
+        for r in range(9):
+            block[r * LANES : r * LANES + count] = rows[r, start : start + count]
+        block[9 * LANES : 9 * LANES + count] = alpha[start : start + count]
+        close_block(block, out, T)
+        for i in range(count):
+            k, growth, turning, locked = start + i, out[i], out[LANES + i], out[2 * LANES + i] > 0.0
+            parts[k, 0], parts[k, 1] = alpha[k] + growth, turning
+            parts[k, 2], parts[k, 3] = alpha[k] - growth, turning if locked else -turning
+            rho[k], lock[k], bound[k] = turning, turning if locked else np.nan, out[3 * LANES + i]
+            verdict[k], reason[k], defect[k] = out[4 * LANES + i], out[5 * LANES + i], out[6 * LANES + i]

@@ -6,19 +6,20 @@ the blades' equations become ``q'' + D q' + K q = F u`` with::
     D = T⁻¹ (2 T' + A T),    K = T⁻¹ (T'' + A T' + B T),    F = T⁻¹ f
 
 (the scan prints Ȧ in K; it is A).  For identical blades A(ψ + 2π/N) = S A(ψ) S, with S changing the sign of β_d: the
-motion is mapped over one passage 2π/N, and its exponents hold modulo N·i with no two modes aliased.
+motion is mapped over one passage 2π/N, and its exponents hold modulo N·i with no two modes aliased.  They are those of
+one blade shifted by the whole numbers 0 … N-1, and that is how :func:`floquet.stability` finds them.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from typing import Unpack
+from collections.abc import Mapping, Sequence
+from typing import Any, Unpack
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from ..errors import ParameterError
-from ..periodic import TWO_PI, PeriodicMatrix, PeriodicSystem
+from ..periodic import TWO_PI, Equation, PeriodicMatrix, PeriodicSystem
 from ..rotor import PARAMETERS, Hub, Rotor
 from .flapping import flapping
 from .physics import PhysicsKeywords
@@ -62,10 +63,14 @@ def multiblade(
     )
     T, Ti = transformation(N)
 
-    A = _diagonal([b.damping.shifted(a) for b, a in zip(models, azimuths, strict=True) if b.damping is not None])
-    B = _diagonal([b.stiffness.shifted(a) for b, a in zip(models, azimuths, strict=True) if b.stiffness is not None])
-    D = Ti @ (2.0 * T.derivative() + A @ T)
-    K = Ti @ (T.derivative().derivative() + A @ T.derivative() + B @ T)
+    def build(values: Mapping[str, NDArray[Any]]) -> tuple[PeriodicMatrix, PeriodicMatrix]:
+        equations = [_of_blade(m, values, i) for i, m in enumerate(models[:1] if identical else models)]
+        shifted = zip(equations * (N if identical else 1), azimuths, strict=True)
+        d, k = zip(*((d.shifted(a), k.shifted(a)) for (d, k), a in shifted), strict=True)
+        A, B = _diagonal(d), _diagonal(k)
+        D = Ti @ (2 * T.derivative() + A @ T)
+        K = Ti @ (T.derivative().derivative() + A @ T.derivative() + B @ T)
+        return D, K
 
     def forcing() -> PeriodicMatrix:
         rows = [f.shifted(a) for b, a in zip(models, azimuths, strict=True) if (f := b.forcing) is not None]
@@ -77,13 +82,31 @@ def multiblade(
     return PeriodicSystem(
         period=TWO_PI / N if identical else TWO_PI,
         twist=twist if identical else None,
-        damping=D,
-        stiffness=K,
+        equation=Equation(build=build, parameters=_parameters(models[:1] if identical else models), degrees=N),
+        blade=models[0] if identical else None,
         inputs=forcing,
         input_names=models[0].input_names,
         coordinates=coordinates(N),
         name="multiblade",
     )
+
+
+def _parameters(models: Sequence[PeriodicSystem]) -> dict[str, NDArray[Any]]:
+    """The parameters of all blades, blade i's with its number in their name."""
+    return {
+        f"{name} {i}": value
+        for i, model in enumerate(models)
+        if model.equation is not None
+        for name, value in model.equation.parameters.items()
+    }
+
+
+def _of_blade(
+    model: PeriodicSystem, values: Mapping[str, NDArray[Any]], i: int
+) -> tuple[PeriodicMatrix, PeriodicMatrix]:
+    """d and k of blade i for :func:`_parameters` of it."""
+    assert model.equation is not None
+    return model.equation.build({name: values[f"{name} {i}"] for name in model.equation.parameters})
 
 
 def coordinates(N: int) -> tuple[str, ...]:

@@ -55,7 +55,6 @@ def factor_map(system: PeriodicSystem, panels: int | None) -> PeriodMap:
         twist=system.twist,
         factors=tuple(factors),
         errors=tuple(errors),
-        turns=np.full(n, np.nan),
         states=system.states,
     )
 

@@ -32,7 +32,7 @@ Array = NDArray[np.float64]
 LADDER = np.array([*range(2, 17), *(round(16 * 1.125**k) for k in range(1, 50))], np.int64)
 PLACES = np.searchsorted(LADDER, np.arange(LADDER[-1] + 1)).astype(np.int16)  # of a number of panels on the ladder
 COUNTABLE = 2.1  # panels a turn over √|q|: less than half a turn (π) of y each, so that its zeros are counted
-FREQUENCY, HARMONIC, AMPLITUDE = 0.9, 1.4, 2.2
+FREQUENCY, HARMONIC, AMPLITUDE = 0.9, 1.1, 2.2
 RUNGS = 16  # a factor of eight: what is smooth is resolved by then, other places need kinks declared
 
 
