@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import os
+import shutil
 import subprocess
 import sys
 import textwrap
@@ -193,44 +194,42 @@ def test_elementary_functions_are_accurate_to_six_units() -> None:
 
 
 # ---------------------------------------------------------------------- compilation
-def wide_fused_operations(kernel: str, cache: Path) -> tuple[int, int]:
-    """How many fused multiply-adds of a kernel are on the widest registers of this machine, and on single numbers."""
+#: The kernels that must be made of wide registers, and how many fused multiply-adds each has at least.
+WIDE = {"forward": 400, "backward": 15, "close_block": 30}
+
+
+@compiled
+def test_kernels_run_on_wide_registers(tmp_path: Path) -> None:
+    """Fused multiply-adds of the machine code: on the widest registers of this machine, single ones in a remainder."""
+    flags = Path("/proc/cpuinfo").read_text() if Path("/proc/cpuinfo").exists() else ""
+    if " avx2" not in flags or " fma" not in flags:
+        pytest.skip("this machine has no wide fused multiply-add")
     code = f"""
         import re
         import numpy as np
         from floquet import Rotor, flapping, stability
         from floquet.kernels import hill_lanes
         stability(flapping(Rotor(lock_number=8.0), np.linspace(0.0, 1.0, 5000)))
-        text = "".join(hill_lanes.{kernel}.inspect_asm().values())
-        print(len(re.findall(r"vf(?:n?m(?:add|sub))\\w+pd\\s.*%[yz]mm", text)), len(re.findall(r"vf\\w+sd\\s", text)))
+        for name in {list(WIDE)}:
+            text = "".join(getattr(hill_lanes, name).inspect_asm().values())
+            wide, single = (r"vfn?m(?:add|sub)\\w+pd\\s.*%[yz]mm", r"vfn?m\\w+sd\\s")
+            print(len(re.findall(wide, text)), len(re.findall(single, text)))
     """
     run = subprocess.run(
         [sys.executable, "-c", textwrap.dedent(code)],
-        env={**os.environ, "NUMBA_CACHE_DIR": str(cache)},  # compiled afresh: code from a cache has no listing
+        env={**os.environ, "NUMBA_CACHE_DIR": str(tmp_path)},  # compiled afresh: code from a cache has no listing
         capture_output=True,
         text=True,
         check=True,
     )
-    wide, single = map(int, run.stdout.split())
-    return wide, single
-
-
-@compiled
-@pytest.mark.parametrize("kernel", ["forward", "backward", "close_block"])
-def test_kernels_run_on_wide_registers(kernel: str, tmp_path: Path) -> None:
-    flags = Path("/proc/cpuinfo").read_text() if Path("/proc/cpuinfo").exists() else ""
-    if " avx2" not in flags or " fma" not in flags:
-        pytest.skip("this machine has no wide fused multiply-add")
-    wide, single = wide_fused_operations(kernel, tmp_path)
-    assert wide > {"forward": 400, "backward": 15, "close_block": 30}[kernel]
-    assert single <= wide  # a remainder loop at most
+    counts = [tuple(map(int, line.split())) for line in run.stdout.splitlines()]
+    for (wide, single), (kernel, least) in zip(counts, WIDE.items(), strict=True):
+        assert wide > least and single <= wide, kernel
 
 
 @compiled
 def test_a_changed_kernel_source_is_compiled_again(tmp_path: Path) -> None:
     """A copy of the package whose generated arithmetic is changed does not find the old code in the cache."""
-    import shutil
-
     package = tmp_path / "code" / "floquet"
     shutil.copytree(KERNELS.parent, package, ignore=shutil.ignore_patterns("__pycache__"))
     code = """
