@@ -38,7 +38,8 @@ Inputs of a rotor (controls, inflow, body motion) have names and units in :mod:`
 
 Reading order, which is the order in which data flow (nothing imports against it)::
 
-    errors, tomlfile, rotorfile, rotor → periodic → models → period_map → passage → exponents → modes → comparison
+    errors, tomlfile, rotorfile, rotor → verdict → periodic → models → kernels → collocation → period_map → passage
+                            → koopman → certify → exponents → modes → comparison
                             → validity → response → decoupling
                             → sweep → families → store → studyfile → study → export → query
                             → plot → report → exhibits → cli

@@ -11,7 +11,7 @@ import mpmath
 import numpy as np
 import pytest
 
-from floquet.errors import ParameterError
+from floquet.errors import FailedError, ParameterError
 from floquet.exponents import Reason, Verdict, exponents, stability
 from floquet.kernels.hill import finished, weighed
 from floquet.models import flapping, multiblade, teetering, tip_path_plane
@@ -458,3 +458,39 @@ def test_what_is_no_system_or_matrix_is_refused() -> None:
         stability(mathieu(1.0, 0.1), panels=0)
     assert stability(flapping(Rotor(lock_number=8.0), np.zeros(0), reversed_flow=True)).exponents.shape == (0, 2)
     assert f"{Verdict.UNSTABLE} {Verdict.UNSTABLE:d}" == "UNSTABLE 1"
+
+
+# ---------------------------------------------------------------------- evidence
+def test_an_answer_can_be_checked_and_proved() -> None:
+    """A second mechanism beside the first; proven exponents in place of computed ones, with radii of rounding."""
+    pytest.importorskip("flint")
+    rotor = Rotor(lock_number=np.array([4.0, 8.0, 12.0]), hinge_offset=0.05, blades=4)
+    for system in (flapping(rotor, 0.3), multiblade(rotor, 0.3)):
+        found, plain = stability(system, check=True, certify=True), stability(system)
+        assert found.check is not None and found.certificates is not None and len(found.certificates) == 3
+        assert np.all(found.method == Method.CERTIFIED) and np.all(found.verdict == Verdict.STABLE)
+        assert found.exponent_errors.max() < 1e-15 < plain.exponent_errors.max()
+        assert np.all(np.abs(found.exponents - plain.exponents) <= found.exponent_errors + plain.exponent_errors)
+        assert plain.check is None and plain.certificates is None
+    one = stability(flapping(Rotor(lock_number=8.0), 1.5), certify=True)
+    assert one.verdict is Verdict.UNSTABLE and "unstable" in one.certificates[0].theorem
+    constant = stability(tip_path_plane(Rotor(lock_number=8.0), 0.3), certify=True)
+    assert constant.verdict is Verdict.STABLE
+
+
+def test_what_disagrees_with_its_proof_is_no_answer(monkeypatch: pytest.MonkeyPatch) -> None:
+    """An engine that is wrong by a thousand bounds is found out by the certificate and by the second mechanism."""
+    pytest.importorskip("flint")
+    system = flapping(Rotor(lock_number=8.0), 0.3)
+    right = exponents(period_map(system))
+    wrong = replace(right, exponents=right.exponents + 1e-11)
+    monkeypatch.setattr("floquet.exponents.exponents", lambda phi: wrong)
+    for evidence in ("check", "certify"):
+        with pytest.raises(FailedError, match="please report it"):
+            stability(system, **{evidence: True})
+
+
+def test_functions_have_no_certificate() -> None:
+    pytest.importorskip("flint")
+    with pytest.raises(ParameterError, match="nothing can be proven"):
+        stability(hill_sawtooth(1.0, -0.2), certify=True)

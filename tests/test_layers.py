@@ -14,15 +14,15 @@ import floquet
 
 PACKAGE = Path(floquet.__file__).parent
 ORDER = (
-    "errors", "tomlfile", "rotorfile", "rotor", "periodic", "models", "kernels", "collocation", "period_map", "passage",
-    "exponents", "modes", "comparison", "validity", "response", "decoupling", "sweep", "families", "store", "studyfile",
-    "study", "export", "query", "plot", "report", "exhibits", "cli", "__main__",
+    "errors", "tomlfile", "rotorfile", "rotor", "verdict", "periodic", "models", "kernels", "collocation", "period_map",
+    "passage", "koopman", "certify", "exponents", "modes", "comparison", "validity", "response", "decoupling", "sweep",
+    "families", "store", "studyfile", "study", "export", "query", "plot", "report", "exhibits", "cli", "__main__",
 )  # fmt: skip
 HOMES = {
     "h5py": "store", "matplotlib": "plot", "click": "cli", "rich": "cli", "numba": "kernels", "lark": "query",
-    "tomlkit": "tomlfile",
+    "tomlkit": "tomlfile", "flint": "certify",
 }  # fmt: skip
-HEAVY = ("numba", "scipy", "matplotlib", "h5py", "numpy", "pydantic", "lark", "rich")
+HEAVY = ("numba", "flint", "scipy", "matplotlib", "h5py", "numpy", "pydantic", "lark", "rich")
 FILES = sorted(PACKAGE.rglob("*.py"))
 
 

@@ -11,7 +11,7 @@ from typing import NamedTuple
 from flint import acb, arb, ctx
 
 from ..errors import ParameterError
-from ..exponents import Reason, Verdict
+from ..verdict import Reason, Verdict
 from .exact import Unproved
 
 __all__ = ["Certificate", "Found", "by_frequency", "identical", "proven"]

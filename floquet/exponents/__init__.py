@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from concurrent.futures import ThreadPoolExecutor
+from typing import Any
 
 import numpy as np
 
@@ -11,17 +12,26 @@ from ..errors import ParameterError
 from ..kernels import POINTS, cores, keep_memory
 from ..period_map import Method, PeriodMap, period_map
 from ..periodic import PeriodicSystem
+from ..verdict import Reason, Verdict
+from .evidence import certified, checked
 from .factors import of_constant, of_factors
 from .hill import of_hill
 from .identical import of_identical
-from .result import PER_CASE, PER_STATE, Reason, Stability, Verdict
+from .result import PER_CASE, PER_STATE, Stability
 
 __all__ = ["Reason", "Stability", "Verdict", "exponents", "stability"]
 
 CHUNK = 16384  # cases made and solved at once: their coefficients and maps stay in a cache
 
 
-def stability(system: PeriodicSystem, *, panels: int | None = None, symmetry: bool = True) -> Stability:
+def stability(
+    system: PeriodicSystem,
+    *,
+    panels: int | None = None,
+    symmetry: bool = True,
+    check: bool = False,
+    certify: bool = False,
+) -> Stability:
     """Exponents, bounds and verdict of a system.
 
     Parameters
@@ -32,15 +42,27 @@ def stability(system: PeriodicSystem, *, panels: int | None = None, symmetry: bo
         Fixes the resolution, for convergence studies.
     symmetry : bool
         Identical blades: take the exponents of one blade, shifted by whole numbers; False integrates all coordinates.
+    check : bool
+        Compute the exponents a second time by Koopman–Hill projection, which shares no mechanism with the period map;
+        a :class:`~floquet.errors.FailedError` if the two disagree beyond their bounds.
+    certify : bool
+        Prove exponents and verdict by ball arithmetic (extra ``certify``): milliseconds a blade.
     """
     if not isinstance(system, PeriodicSystem):
         raise ParameterError(
             "system", system, f"{type(system).__name__} is no system: make one with flapping(rotor, advance_ratio)"
         )
+    found = _computed(system, panels, symmetry)
+    if check:
+        found = checked(found, system)
+    return certified(found, system) if certify else found
+
+
+def _computed(system: PeriodicSystem, panels: int | None, symmetry: bool) -> Stability:
     if system.constant:
         return of_constant(system)
     if system.blade is not None and symmetry:
-        return of_identical(stability(system.blade, panels=panels), system.degrees, system.period)
+        return of_identical(_computed(system.blade, panels, symmetry), system.degrees, system.period)
     if system.second_order and (cases := math.prod(system.cases)) >= POINTS:
         keep_memory()
         if cases > CHUNK:
@@ -70,7 +92,7 @@ def _in_chunks(system: PeriodicSystem, panels: int | None) -> Stability:
         system = system.part(slice(None))  # along one axis, once
     with ThreadPoolExecutor(cores()) as pool:
         list(pool.map(solve, range(0, n, CHUNK)))
-    return Stability(
-        period=system.period,
-        **{name: v.reshape(*shape, states) if name in PER_STATE else v.reshape(shape) for name, v in fields.items()},
-    )
+    shaped: dict[str, Any] = {
+        name: v.reshape(*shape, states) if name in PER_STATE else v.reshape(shape) for name, v in fields.items()
+    }
+    return Stability(period=system.period, **shaped)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from ..kernels.closing import exponents_of
-from ..period_map import Method, PeriodMap
+from ..period_map import PeriodMap
 from .result import Stability, plain
 
 __all__ = ["of_hill"]
@@ -13,7 +13,7 @@ __all__ = ["of_hill"]
 
 def of_hill(phi: PeriodMap) -> Stability:
     """[α+iρ, α-iρ], in a lock [σ₁+iρ, σ₂+iρ]."""
-    assert phi.rows is not None and phi.precise is not None
+    assert phi.rows is not None and phi.methods is not None
     found, shape = exponents_of(phi.rows, phi.mean, phi.period), phi.shape
     bound = found["bound"].reshape(shape)
     full = {
@@ -22,7 +22,7 @@ def of_hill(phi: PeriodMap) -> Stability:
         "lock": found["lock"],
         "verdict": found["verdict"],
         "reason": found["reason"],
-        "method": np.where(phi.precise, np.int8(Method.PRECISE), np.int8(phi.method)),
+        "method": phi.methods,
         "panels": phi.panels,
     }
     return Stability(

@@ -3,13 +3,17 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..period_map import Method, PeriodMap
-from ..rotor import Word
+from ..verdict import Reason, Verdict
+
+if TYPE_CHECKING:  # their homes load SciPy and python-flint
+    from ..certify import Certificate
+    from ..koopman import HillCheck
 
 __all__ = ["Reason", "Stability", "Verdict"]
 
@@ -20,22 +24,6 @@ PER_STATE = {"exponents": np.complex128, "exponent_errors": np.float64}
 PER_CASE = dict.fromkeys(("determinant_defect", "rotation_number", "lock"), np.float64) | dict.fromkeys(
     ("verdict", "reason", "method"), np.int8
 ) | {"panels": np.int32}  # fmt: skip
-
-
-class Verdict(Word):
-    """STABLE: all σ + bound < 0.  UNSTABLE: some σ - bound > 0."""
-
-    STABLE = 0
-    UNSTABLE = 1
-    UNDECIDED = 2
-
-
-class Reason(Word):
-    """Why a verdict is UNDECIDED."""
-
-    NONE = 0
-    NEUTRAL = 1  # one undamped scalar equation outside its locks: σ = 0 by the equation, not by its numbers
-    BOUND = 2  # the bound of some exponent reaches across zero
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -61,6 +49,10 @@ class Stability:
     panels : int (...)
     period : float
         Angle of the map; nan for constant systems.
+    check : HillCheck or None
+        The same exponents by Koopman–Hill projection, if that was asked for; see :mod:`floquet.koopman`.
+    certificates : tuple of Certificate or None
+        One a case, if they were asked for: exponents, their errors, verdict and reason are then proven ones.
     """
 
     exponents: Any
@@ -73,6 +65,8 @@ class Stability:
     method: Any
     panels: Any
     period: float
+    check: HillCheck | None = None
+    certificates: tuple[Certificate, ...] | None = None
 
     @property
     def multipliers(self) -> Any:

@@ -25,7 +25,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from . import worth_compiling
+from . import available, worth_compiling
 from .taylor import ORDER, panel
 
 __all__ = ["ROWS", "Panels", "equal_panels", "map_equal_panels", "map_panels"]
@@ -109,7 +109,15 @@ def tables(panels: int, angle: float, period: float) -> Tables:
 
 
 def map_equal_panels(
-    q: Array, size: Array, index: NDArray[np.intp], counts: NDArray[np.int64], period: float, angle: float, out: Array
+    q: Array,
+    size: Array,
+    index: NDArray[np.intp],
+    counts: NDArray[np.int64],
+    period: float,
+    angle: float,
+    out: Array,
+    *,
+    compiled: bool | None = None,
 ) -> None:
     """Map the points ``index``, each over its number of equal panels.
 
@@ -125,8 +133,10 @@ def map_equal_panels(
         In ψ and in revolutions of harmonic 1.
     out : (9, n)
         :data:`ROWS` of the points are filled.
+    compiled : bool, optional
+        Whether the points stand for many more; by their number if left out.
     """
-    if len(q) <= 5 and worth_compiling(q.shape[1]):
+    if len(q) <= 5 and (worth_compiling(q.shape[1]) if compiled is None else compiled and available()):
         from . import hill_lanes
 
         terms = np.ascontiguousarray(q if len(q) == 5 else np.concatenate([q, np.zeros((5 - len(q), q.shape[1]))]))

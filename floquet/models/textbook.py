@@ -14,21 +14,29 @@ rotating_frame           x' = (J + e^{Jt} F e^{-Jt}) x with e^{2πJ} = I: Φ(2π
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..errors import ParameterError
-from ..periodic import TWO_PI, PeriodicMatrix, PeriodicSystem
+from ..periodic import TWO_PI, Equation, PeriodicMatrix, PeriodicSystem
 
 __all__ = ["bittanti_colaneri", "colaneri", "hill_sawtooth", "mathieu", "meissner", "rotating_frame", "zhou_hagiwara"]
 
 
 def mathieu(a: ArrayLike, q: ArrayLike, damping: ArrayLike = 0.0) -> PeriodicSystem:
     """Mathieu's equation with damping c; parameters broadcast; exponents per unit of t, modulo 2i."""
-    stiffness = PeriodicMatrix.scalar(mean=a, cosines=[-2.0 * np.asarray(q, float)], period=math.pi)
-    return _scalar(stiffness, damping, "mathieu")
+
+    def build(values: Mapping[str, NDArray[Any]]) -> tuple[PeriodicMatrix, PeriodicMatrix]:
+        stiffness = PeriodicMatrix.scalar(mean=values["a"], cosines=[-2 * values["q"]], period=math.pi)
+        return PeriodicMatrix.scalar(mean=values["damping"], period=math.pi), stiffness
+
+    given = {"a": a, "q": q, "damping": damping}
+    parameters = {name: np.asarray(value, float) for name, value in given.items()}
+    equation = Equation(build=build, parameters=parameters)
+    return PeriodicSystem(period=math.pi, equation=equation, coordinates=("y",), name="mathieu")
 
 
 def meissner(

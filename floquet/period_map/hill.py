@@ -36,8 +36,14 @@ FREQUENCY, HARMONIC, AMPLITUDE = 0.9, 1.1, 2.2
 RUNGS = 16  # a factor of eight: what is smooth is resolved by then, other places need kinks declared
 
 
-def hill_map(system: PeriodicSystem, panels: int | None = None) -> PeriodMap:
-    """Map of one scalar equation."""
+def hill_map(
+    system: PeriodicSystem, panels: int | None = None, *, compiled: bool | None = None, nodes: bool = False
+) -> PeriodMap:
+    """Map of one scalar equation.
+
+    ``compiled`` says whether kernels are, however few the points; ``nodes`` are for polynomials between them: all on
+    the panels of the stiffest, and in doubles.
+    """
     shape = system.cases
     part = system.part(slice(None))
     q, alpha, kicks = hill_form(part)
@@ -46,7 +52,7 @@ def hill_map(system: PeriodicSystem, panels: int | None = None) -> PeriodMap:
     rows, used = np.empty((len(ROWS), n)), np.empty(n, np.int32)
     size = _size(part, n)
     if q.edges is None:
-        _map_smooth(q, size, system.period, panels, rows, used)
+        _map_smooth(q, size, system.period, panels, rows, used, compiled=compiled, alike=nodes)
     else:
         _map_pieces(q, kicks, size, system.period, panels, rows, used)
     phi = PeriodMap(
@@ -56,10 +62,10 @@ def hill_map(system: PeriodicSystem, panels: int | None = None) -> PeriodMap:
         mean=np.broadcast_to(alpha, (n,)),
         panels=used,
         rows=rows,
-        precise=np.zeros(n, bool),
+        methods=np.full(n, Method.HILL, np.int8),
     )
     # a jump of the damping is known in doubles only
-    return phi if panels or kicks is not None else make_precise(phi, system)
+    return phi if panels or nodes or kicks is not None else make_precise(phi, system)
 
 
 def hill_form(system: PeriodicSystem) -> tuple[PeriodicMatrix, Array, Array | None]:
@@ -102,18 +108,29 @@ def _refined(
 
 
 def _map_smooth(
-    q: PeriodicMatrix, size: Array, period: float, panels: int | None, rows: Array, used: NDArray[np.int32]
+    q: PeriodicMatrix,
+    size: Array,
+    period: float,
+    panels: int | None,
+    rows: Array,
+    used: NDArray[np.int32],
+    *,
+    compiled: bool | None,
+    alike: bool,
 ) -> None:
-    """One trigonometric polynomial over the period: equal panels."""
+    """One trigonometric polynomial over the period: equal panels; ``alike``: as many for all points."""
     terms = np.ascontiguousarray(q.coefficients[:, 0, :, 0, 0].T)
     angle = period / q.period
 
     def solve(points: NDArray[np.intp], ladder: NDArray[np.int64]) -> None:
         counts = np.full(len(points), panels) if panels else np.ceil(ladder * angle - 1e-9).astype(np.int64)
-        map_equal_panels(terms, size, points, counts, period, angle, rows)
+        map_equal_panels(terms, size, points, counts, period, angle, rows, compiled=compiled)
         used[points] = counts
 
-    _refined(_first_rung(terms, 2.0 * math.pi / q.period), rows, bool(panels), solve)
+    rung = _first_rung(terms, 2.0 * math.pi / q.period)
+    if alike:
+        rung[:] = rung.max()
+    _refined(rung, rows, bool(panels), solve)
 
 
 def _first_rung(terms: Array, omega: float) -> NDArray[np.int16]:

@@ -17,7 +17,7 @@ from operator import mul
 import numpy as np
 
 from ..periodic import PI, TWO_PI, PeriodicMatrix, PeriodicSystem
-from .result import PeriodMap
+from .result import Method, PeriodMap
 
 __all__ = ["make_precise"]
 
@@ -40,12 +40,13 @@ def make_precise(phi: PeriodMap, system: PeriodicSystem) -> PeriodMap:
     k, d = part.stiffness, part.damping
     assert k is not None
     q = k if d is None else k - d.derivative() / 2 - (d @ d) / 4
-    rows, precise = phi.rows.copy(), np.zeros(len(size), bool)
+    assert phi.methods is not None
+    rows, methods = phi.rows.copy(), phi.methods.copy()
     q = q.flat((len(index),))
     for place, case in enumerate(index):
         rows[:, case] = _mapped(q.case(slice(place, place + 1)), phi.period, int(phi.panels[case]))
-        precise[case] = True
-    return replace(phi, rows=rows, precise=precise)
+        methods[case] = Method.PRECISE
+    return replace(phi, rows=rows, methods=methods)
 
 
 def _mapped(q: PeriodicMatrix, period: float, panels: int) -> list[float]:
@@ -72,7 +73,8 @@ def _mapped(q: PeriodicMatrix, period: float, panels: int) -> list[float]:
     trusted = TRUSTED * sum(abs(x) for x in phi) ** 2
     error = trusted + float(np.finfo(float).eps) * abs(float(D))
     length = 0.5 * period / panels
-    return [phi[0], phi[1] * length, phi[2] / length, phi[3], trusted, error, float(zeros), 0.0, float(D)]
+    rounding = 0.5 * float(np.finfo(float).eps) * (abs(phi[0]) + abs(phi[3]))  # of Φ in doubles, of which τ is made
+    return [phi[0], phi[1] * length, phi[2] / length, phi[3], trusted + rounding, error, float(zeros), 0.0, float(D)]
 
 
 def _exact_ratio(ratio: float) -> Fraction:

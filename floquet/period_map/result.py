@@ -21,6 +21,8 @@ class Method(Word):
     FACTORS = 1  # maps of the states panel by panel, exponents from the factors
     EIGENVALUES = 2  # constant coefficients
     PRECISE = 3  # the Hill form from exact coefficients in forty digits, next to branch points
+    CERTIFIED = 5  # ball arithmetic with every truncation bounded
+    MAP = 4  # the Hill form between nodes of a tensor grid
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -34,15 +36,15 @@ class PeriodMap:
     twist : (n,) or None
         The motion after a period is twist·Φ.
     rows : (9, cases)
-        Φ of the Hill form, determinant 1, and bounds: :data:`floquet.kernels.hill.ROWS` (method HILL only).
-    precise : (cases,)
-        Where the rows come from exact coefficients (HILL).
+        Φ of the Hill form, determinant 1, and bounds: :data:`floquet.kernels.hill.ROWS` (methods HILL and MAP).
+    methods : (cases,)
+        How each case was found: HILL, PRECISE or MAP (HILL and MAP).
     factors : tuple of (panels, n, n)
         One a case, first panel first (method FACTORS only).
     errors : tuple of (panels,)
         Bound of the Frobenius norm of each factor's error (FACTORS).
     mean : (cases,)
-        α = -mean(d)/2 (HILL), or the mean trace of A (FACTORS).
+        α = -mean(d)/2 (HILL and MAP), or the mean trace of A (FACTORS).
     states : int
     panels : (cases,)
     shape : tuple
@@ -56,7 +58,7 @@ class PeriodMap:
     panels: NDArray[np.int32]
     twist: Array | None = None
     rows: Array | None = None
-    precise: NDArray[np.bool_] | None = None
+    methods: NDArray[np.int8] | None = None
     factors: tuple[Array, ...] = ()
     errors: tuple[Array, ...] = ()
     states: int = 2
