@@ -20,10 +20,9 @@ distance of its two, divided by the root mean square of its two targets.
 
 from __future__ import annotations
 
+import math
 import warnings
-from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from itertools import permutations
 from typing import Any, Literal, Unpack
 
 import numpy as np
@@ -31,10 +30,13 @@ from numpy.typing import ArrayLike, NDArray
 
 from .errors import FloquetWarning, ParameterError, did_you_mean
 from .exponents import Stability, stability
-from .models import PhysicsKeywords, averaged, teetering, tip_path_plane
+from .kernels import pairing, worth_compiling
+from .kernels.quadratics import ANGLES, in_order, roots
+from .models import PhysicsKeywords, teetering
 from .models.flapping import blade
 from .models.physics import advance_ratios
-from .periodic import PeriodicSystem
+from .models.tip_path_plane import averaged_of, plane_of
+from .periodic import PeriodicMatrix, PeriodicSystem
 from .rotor import Hub, Rotor, Word
 
 __all__ = [
@@ -54,7 +56,6 @@ Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
 Model = Literal["flapping", "teetering"]
 MODELS = ("flapping", "teetering")
-REAL = 1e-9  # two eigenvalues without imaginary parts above this are a split pair: the noise of a double root is √eps
 
 
 class Metric(Word):
@@ -69,22 +70,22 @@ class Metric(Word):
 class Rule(Word):
     """What a mode was compared with; ABSENT: the rotor has no such mode."""
 
-    PAIRED = 0
-    REALS = 1
-    JOINT = 2
-    MEAN = 3
+    PAIRED = pairing.PAIRED
+    REALS = pairing.REALS
+    JOINT = pairing.JOINT
+    MEAN = pairing.MEAN
     ABSENT = -1
 
 
 class Cause(Word):
     """How exact and simple model differ in kind at a point."""
 
-    NONE = 0
-    DRIFT = 1  # both oscillate; the simple one has drifted off
-    LOCK = 2  # the exact exponents are locked, the simple ones are not split
-    TPP_SPLIT = 3  # the simple mode has split into two real eigenvalues, the exact one has not
-    DRIFT_IN_LOCK = 4  # both have split
-    STABILITY = 5  # one is stable, the other is not
+    NONE = pairing.NONE
+    DRIFT = pairing.DRIFT  # both oscillate; the simple one has drifted off
+    LOCK = pairing.LOCK  # the exact exponents are locked, the simple ones are not split
+    TPP_SPLIT = pairing.SPLIT  # the simple mode has split into two real eigenvalues, the exact one has not
+    DRIFT_IN_LOCK = pairing.DRIFT_IN_LOCK  # both have split
+    STABILITY = pairing.STABILITY  # one is stable, the other is not
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -157,10 +158,10 @@ def compare(
             FloquetWarning,
             stacklevel=2,
         )
-    exact = stability((teetering if kind == "teetering" else blade)(rotor, mu, **options))
-    simple = simple_model(rotor, mu, harmonics=harmonics, model=kind, **options)
-    orders = mode_orders(harmonics, kind)
-    return matched(exact, eigenvalues(simple), orders, differential=differential(simple, rotor, kind))
+    one = (teetering if kind == "teetering" else blade)(rotor, mu, **options)
+    simple = _simplified(one, harmonics, kind)
+    modes = mode_orders(harmonics, kind)
+    return _matched(stability(one), eigenvalues(simple), modes, differential(simple, rotor, kind))
 
 
 def exact_model(rotor: Rotor, model: str | None = None) -> Model:
@@ -180,19 +181,18 @@ def simple_model(
     rotor: Rotor, mu: Array, *, harmonics: int = 1, model: Model = "flapping", **options: Unpack[PhysicsKeywords]
 ) -> PeriodicSystem:
     """The constant model: the tip-path plane, or with more harmonics the averaged one."""
-    if model == "teetering":
-        if harmonics != 1:
-            raise ParameterError(
-                "harmonics",
-                harmonics,
-                "the teetering rotor is compared with its tip-path plane, eq. (7), only: leave harmonics at 1",
-            )
-        return tip_path_plane(
-            rotor if rotor.hub == Hub.TEETERING else rotor.replace(hub=Hub.TEETERING, blades=2), mu, **options
+    return _simplified((teetering if model == "teetering" else blade)(rotor, mu, **options), harmonics, model)
+
+
+def _simplified(one: PeriodicSystem, harmonics: int, model: Model) -> PeriodicSystem:
+    """The constant model of the equation of a blade or a teetering rotor."""
+    if model == "teetering" and harmonics != 1:
+        raise ParameterError(
+            "harmonics",
+            harmonics,
+            "the teetering rotor is compared with its tip-path plane, eq. (7), only: leave harmonics at 1",
         )
-    if rotor.hub == Hub.TEETERING:
-        rotor = rotor.replace(hub=Hub.ARTICULATED)
-    return tip_path_plane(rotor, mu, **options) if harmonics == 1 else averaged(rotor, mu, harmonics, **options)
+    return plane_of(one, teeters=model == "teetering") if harmonics == 1 else averaged_of(one, harmonics)
 
 
 def mode_orders(harmonics: int, model: Model) -> tuple[int, ...]:
@@ -221,8 +221,21 @@ def has_differential(rotor: Rotor) -> bool:
 
 
 def eigenvalues(system: PeriodicSystem) -> Complex:
-    """Eigenvalues of a constant system, (..., states)."""
-    return np.linalg.eigvals(system.sample(np.zeros(1))[..., 0, :, :]).astype(complex)
+    """Eigenvalues of a constant system, (..., states), by |Im|, then Re, then Im."""
+    points = math.prod(system.cases)
+    if not (system.second_order and system.degrees in ANGLES and worth_compiling(points)):
+        return in_order(np.linalg.eigvals(system.sample(np.zeros(1))[..., 0, :, :]).astype(complex))
+    assert system.damping is not None and system.stiffness is not None
+    D, K = (_entries(m, system.cases) for m in (system.damping, system.stiffness))
+    values, _ = roots(D, K)
+    return values.T.reshape(*system.cases, len(values))
+
+
+def _entries(matrix: PeriodicMatrix, cases: tuple[int, ...]) -> Array:
+    """The entries of a constant matrix by rows, (n², points)."""
+    n, m = matrix.shape
+    rows = np.moveaxis(np.broadcast_to(matrix.mean(), (*cases, n, m)), (-2, -1), (0, 1))
+    return rows.reshape(n * m, math.prod(cases))
 
 
 def differential(simple: PeriodicSystem, rotor: Rotor, model: Model) -> Complex | None:
@@ -235,145 +248,45 @@ def differential(simple: PeriodicSystem, rotor: Rotor, model: Model) -> Complex 
     return np.stack([-0.5 * c + root, -0.5 * c - root], axis=-1)
 
 
-# ---------------------------------------------------------------------- targets and assignment
+# ---------------------------------------------------------------------- pairs
 def matched(
     exact: Stability, simple: Complex, orders: tuple[int, ...], differential: Complex | None = None
 ) -> Comparison:
     """Assign simple eigenvalues (..., 2·modes) to the exact targets of the modes ``orders``."""
-    rho, lock = np.asarray(exact.rotation_number, float), np.asarray(exact.lock, float)
+    return _matched(exact, in_order(np.asarray(simple)), orders, differential)
+
+
+def _matched(exact: Stability, simple: Complex, orders: tuple[int, ...], differential: Complex | None) -> Comparison:
+    """The same for eigenvalues in order."""
+    modes = _paired(exact, simple, orders, tuple(mode_name(k) for k in orders))
+    if differential is not None:
+        modes += _paired(exact, differential, (0,), ("differential",))
+    return Comparison(stability=exact, modes=modes)
+
+
+def _paired(
+    exact: Stability, simple: Complex, orders: tuple[int, ...], names: tuple[str, ...]
+) -> tuple[ModeComparison, ...]:
+    """The modes ``orders`` and the pairs assigned to them."""
     eta = np.asarray(exact.exponents)
     shape = eta.shape[:-1]
-    targets, rules = zip(*(_targets(eta.real, rho, lock, k, orders) for k in orders), strict=True)
-    m = len(orders)
-    values = np.broadcast_to(simple, (*shape, 2 * m)).reshape(-1, 2 * m)
-    assigned = _assigned(np.stack(targets, axis=-2).reshape(-1, m, 2), values).reshape(*shape, m, 2)
-    sets = [assigned[..., i, :] for i in range(m)]
-    found = dict(zip(orders, zip(targets, sets, rules, strict=True), strict=True))
-    _name_joint_pairs(found, lock)
-    modes = [_mode(mode_name(k), *found[k], lock) for k in orders]
-    if differential is not None:
-        target, rule = _targets(eta.real, rho, lock, 0, (0,))
-        swap = np.abs(differential - target).sum(axis=-1) > np.abs(differential[..., ::-1] - target).sum(axis=-1)
-        modes.append(
-            _mode("differential", target, np.where(swap[..., None], differential[..., ::-1], differential), rule, lock)
-        )
-    return Comparison(stability=exact, modes=tuple(modes))
+    points = math.prod(shape)
+    state = np.empty((4, *shape))
+    state[:2], state[2], state[3] = np.moveaxis(eta.real, -1, 0), exact.rotation_number, exact.lock
+    values = np.moveaxis(np.broadcast_to(simple, (*shape, 2 * len(orders))), -1, 0).reshape(-1, points)
+    found = pairing.paired(state.reshape(4, points), values, orders)
+    return tuple(_mode(name, found, i, shape, exact.lock) for i, name in enumerate(names))
 
 
-def _targets(
-    sigma: Array, rho: Array, lock: Array, k: int, orders: tuple[int, ...]
-) -> tuple[Complex, NDArray[np.int8]]:
-    """The two exact targets of mode k and the rule that gave them."""
-    mirror = -2.0 * lock - k
-    reals = mirror == k
-    joint = ~reals & np.isin(mirror, orders)
-    rule = np.where(
-        np.isnan(lock), Rule.PAIRED, np.where(reals, Rule.REALS, np.where(joint, Rule.JOINT, Rule.MEAN))
-    ).astype(np.int8)
-    mean = sigma.mean(axis=-1)
-    # of a joint pair the mode with the higher k takes σ₁ until names are settled
-    split = np.where(reals[..., None], sigma, np.where((k > mirror)[..., None], sigma[..., :1], sigma[..., 1:]))
-    real = np.where((reals | joint)[..., None], split, mean[..., None])
-    frequency = np.where(reals, 0.0, rho + k)
-    return real + 1j * np.stack([frequency, -frequency], axis=-1), rule
-
-
-def _assigned(targets: Complex, values: Complex) -> Complex:
-    """The simple pair of every mode, at the least total distance: targets (cases, m, 2), values (cases, 2m).
-
-    Pairs stay whole: conjugates together, reals in neighbouring twos, or in whatever twos come nearest.
-    """
-    order = np.lexsort((values.imag, values.real, np.abs(values.imag)), axis=-1)
-    pairs = np.take_along_axis(values, order, axis=-1).reshape(targets.shape)
-    out, cost = _matched_pairs(targets, pairs)
-    reals = np.sum(values.imag == 0.0, axis=-1)
-    for case in np.flatnonzero((reals >= 4) & (reals <= 6)):
-        flat = pairs[case].ravel()  # the reals come first
-        for grouping in _groupings(range(int(reals[case]))):
-            tried = np.concatenate([flat[[i for two in grouping for i in two]], flat[reals[case] :]]).reshape(-1, 2)
-            other, other_cost = _matched_pairs(targets[case : case + 1], tried[None])
-            if other_cost[0] < cost[case]:
-                out[case], cost[case] = other[0], other_cost[0]
-    return out
-
-
-def _groupings(items: Sequence[int]) -> Iterator[list[tuple[int, int]]]:
-    """All ways to put an even number of items in twos."""
-    if not items:
-        yield []
-        return
-    first, rest = items[0], list(items[1:])
-    for second in rest:
-        for others in _groupings([i for i in rest if i != second]):
-            yield [(first, second), *others]
-
-
-def _matched_pairs(targets: Complex, pairs: Complex) -> tuple[Complex, Array]:
-    """Pairs (cases, m, 2) in the order of the targets nearest to them in total, and the total."""
-    m = targets.shape[1]
-    straight, crossed = (
-        np.abs(targets[:, :, None, 0] - p[:, None, :, 0]) + np.abs(targets[:, :, None, 1] - p[:, None, :, 1])
-        for p in (pairs, pairs[..., ::-1])
-    )
-    cost = np.minimum(straight, crossed)
-    if m <= 3:
-        orders = np.array(list(permutations(range(m))))
-        totals = cost[:, np.arange(m), orders].sum(axis=-1)
-        chosen = orders[np.argmin(totals, axis=-1)]
-    else:
-        from scipy.optimize import linear_sum_assignment
-
-        chosen = np.stack([linear_sum_assignment(c)[1] for c in cost])
-    case, mode = np.arange(len(targets))[:, None], np.arange(m)
-    flip = (crossed < straight)[case, mode, chosen]
-    out = pairs[case, chosen]
-    return np.where(flip[..., None], out[..., ::-1], out), cost[case, mode, chosen].sum(axis=-1)
-
-
-def _name_joint_pairs(found: dict[int, tuple[Complex, Complex, NDArray[np.int8]]], lock: Array) -> None:
-    """Of two modes that share four targets, the regressing one (lower k) takes the lower simple frequency."""
-    for low in sorted(found):
-        for high in (k for k in sorted(found) if k > low):
-            (z1, s1, r1), (z2, s2, r2) = found[low], found[high]
-            swap = ((-2.0 * lock - low == high) & (np.abs(s1.imag).sum(axis=-1) > np.abs(s2.imag).sum(axis=-1) + REAL))[
-                ..., None
-            ]
-            found[low] = (np.where(swap, z2, z1), np.where(swap, s2, s1), r1)
-            found[high] = (np.where(swap, z1, z2), np.where(swap, s1, s2), r2)
-
-
-def _mode(name: str, exact: Complex, simple: Complex, rule: NDArray[np.int8], lock: Array) -> ModeComparison:
-    d = simple - exact
-    parts = ((d, exact), (d.imag, exact.imag), (d.real, exact.real))
-    relative, frequency, damping = (
-        _ratio(np.abs(a).max(axis=-1), np.sqrt(np.mean(np.abs(b) ** 2, axis=-1))) for a, b in parts
-    )
-    errors = np.stack([relative, np.abs(d).max(axis=-1), frequency, damping], axis=-1)
-    plain = exact.ndim == 1
-    cause = _cause(exact, simple, lock)
+def _mode(name: str, found: pairing.Pairing, i: int, shape: tuple[int, ...], lock: Any) -> ModeComparison:
+    """One of the modes; plain numbers for a single case."""
+    rule, cause = found.rule[i].reshape(shape), found.cause[i].reshape(shape)
     return ModeComparison(
         name=name,
-        exact=exact,
-        simple=simple,
-        errors=errors,
-        lock=lock.item() if plain else lock,
-        rule=Rule(int(rule)) if plain else rule,
-        cause=Cause(int(cause)) if plain else cause,
+        exact=found.exact[i].T.reshape(*shape, 2),
+        simple=found.simple[i].T.reshape(*shape, 2),
+        errors=found.errors[i].T.reshape(*shape, 4),
+        lock=np.asarray(lock, float) if shape else float(lock),
+        rule=rule if shape else Rule(int(rule)),
+        cause=cause if shape else Cause(int(cause)),
     )
-
-
-def _ratio(a: Array, b: Array) -> Array:
-    """a / b; 0 where both vanish, inf where only b does, nan where either is nan."""
-    with np.errstate(divide="ignore", invalid="ignore"):
-        return np.where(b == 0, np.where(a == 0, 0.0, np.inf), a / b)
-
-
-def _cause(exact: Complex, simple: Complex, lock: Array) -> NDArray[np.int8]:
-    """How the two differ in kind."""
-    locked = ~np.isnan(lock)
-    split = np.all(np.abs(simple.imag) < REAL, axis=-1)
-    kind = np.where(
-        locked, np.where(split, Cause.DRIFT_IN_LOCK, Cause.LOCK), np.where(split, Cause.TPP_SPLIT, Cause.DRIFT)
-    )
-    differs = np.any(exact.real > 0, axis=-1) != np.any(simple.real > 0, axis=-1)
-    return np.where(differs, Cause.STABILITY, kind).astype(np.int8)

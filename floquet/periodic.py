@@ -525,11 +525,14 @@ class Equation:
         """D and K of all cases."""
         return self.build(self.parameters)
 
-    def some(self, index: Index, *, exact: bool) -> tuple[PeriodicMatrix, PeriodicMatrix]:
-        """D and K of some cases, an index along all of them."""
+    def part(self, index: Index) -> Equation:
+        """The equation of some cases, an index along all of them."""
         shape = self.cases
-        chosen = {name: _some(v, shape, index) for name, v in self.parameters.items()}
-        return self.build({name: fractions(v) for name, v in chosen.items()} if exact else chosen)
+        return replace(self, parameters={name: _some(v, shape, index) for name, v in self.parameters.items()})
+
+    def exact(self) -> tuple[PeriodicMatrix, PeriodicMatrix]:
+        """D and K of all cases with their coefficients as fractions, for the parameters as they are."""
+        return self.build({name: fractions(v) for name, v in self.parameters.items()})
 
 
 def _some(value: NDArray[Any], shape: tuple[int, ...], index: Index) -> NDArray[Any]:
@@ -693,7 +696,10 @@ class PeriodicSystem:
         that were given.
         """
         if self.equation is not None:
-            D, K = self.equation.some(index, exact=exact)
+            equation = self.equation.part(index)  # kept, so that a part of it is exact from the parameters too
+            if not exact:
+                return replace(self, damping=None, stiffness=None, equation=equation, blade=None)
+            D, K = equation.exact()
             return replace(self, damping=D, stiffness=K, equation=None, blade=None)
         if self.function is not None:
             if exact:

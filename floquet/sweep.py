@@ -7,7 +7,7 @@ alone: the same point gives the same bits in any chunk.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass, field
 from typing import Any, Unpack
 
@@ -90,6 +90,21 @@ class Plan:
         )
         return tuple(names)
 
+    def parameters(self, designs: NDArray[np.intp]) -> tuple[Rows, NDArray[np.int8], NDArray[np.int16]]:
+        """Parameters, hubs and numbers of blades of some designs."""
+        first: NDArray[np.intp] = self._first  # type: ignore[attr-defined]
+        which = np.searchsorted(first, designs, side="right") - 1
+        values = {p.name: np.empty(len(designs)) for p in PARAMETERS}
+        hubs, blades = np.empty(len(designs), np.int8), np.empty(len(designs), np.int16)
+        for i in np.unique(which):
+            rotor, some = self.rotors[i], which == i
+            hubs[some], blades[some] = rotor.hub, rotor.blades
+            local = designs[some] - first[i]
+            for name, column in values.items():
+                value = np.asarray(getattr(rotor, name), float)
+                column[some] = value if value.ndim == 0 else np.broadcast_to(value, rotor.shape).flat[local]
+        return values, hubs, blades
+
     def design(self, index: int) -> Rotor:
         """One design, without arrays."""
         first: NDArray[np.intp] = self._first  # type: ignore[attr-defined]
@@ -112,22 +127,23 @@ def sweep(
     return point_rows(plan, 0, plan.points)
 
 
-def point_rows(plan: Plan, start: int, stop: int) -> Rows:
-    """Rows start … stop of the points table."""
-    m = plan.advance_ratio.size
+def point_rows(plan: Plan, start: int, stop: int, columns: Collection[str] | None = None) -> Rows:
+    """Rows start … stop of the points table; all its columns, or those that are named."""
     index = np.arange(start, stop)
-    designs, which = np.unique(index // m, return_inverse=True)
-    rotors = [plan.design(int(d)) for d in designs]
-    mu = plan.advance_ratio[index % m]
-    out: Rows = {"rotor": (index // m).astype(np.int32), "advance_ratio": mu, **_parameters([rotors[w] for w in which])}
-    out.update(_empty(len(index)))
-    kinds = [(r.hub, r.blades, exact_model(r, plan.model)) for r in rotors]
-    for kind in sorted(set(kinds)):
-        chosen = np.flatnonzero(np.array([kinds[w] == kind for w in which]))
-        group = _stacked([rotors[which[i]] for i in chosen], kind[0], kind[1])
-        found = compare(group, mu[chosen], model=kind[2], **plan.physics.as_dict())
-        _fill(out, chosen, found)
-    return out
+    designs, mu = index // plan.advance_ratio.size, plan.advance_ratio[index % plan.advance_ratio.size]
+    values, hubs, blades = plan.parameters(designs)
+    out: Rows = {"rotor": designs.astype(np.int32), "advance_ratio": mu, **_parameters(values, hubs, blades)}
+    kinds = np.stack([hubs, blades], axis=-1)
+    parts: list[tuple[Any, Rows]] = []
+    for hub, count in np.unique(kinds, axis=0):
+        chosen = np.flatnonzero((kinds == (hub, count)).all(axis=1))
+        some: Any = slice(None) if len(chosen) == len(index) else chosen
+        group = Rotor(hub=Hub(hub), blades=int(count), **{name: value[some] for name, value in values.items()})
+        found = compare(group, mu[some], model=exact_model(group, plan.model), **plan.physics.as_dict())
+        parts.append((some, _results(found)))
+    absent = _absent(len(index))
+    out |= {name: _joined(name, parts, value) for name, value in absent.items() if columns is None or name in columns}
+    return {name: value for name, value in out.items() if columns is None or name in columns}
 
 
 def limit_rows(plan: Plan, start: int, stop: int) -> Rows:
@@ -140,7 +156,8 @@ def limit_rows(plan: Plan, start: int, stop: int) -> Rows:
                 rotor, tolerances=plan.tolerances, mu_max=plan.mu_max, model=plan.model, **plan.physics.as_dict()
             )
             rows += [(d, rotor, limit) for limit in found]
-    out: Rows = {"rotor": np.array([d for d, _, _ in rows], np.int32), **_parameters([r for _, r, _ in rows])}
+    out: Rows = {"rotor": np.array([d for d, _, _ in rows], np.int32)}
+    out |= _parameters(*plan.parameters(out["rotor"].astype(np.intp)))
     found_limits = [limit for _, _, limit in rows]
     out["mode"] = np.array([MODES.index(x.mode) for x in found_limits], np.int8)
     out["metric"] = np.array([x.metric for x in found_limits], np.int8)
@@ -158,45 +175,48 @@ def limit_rows(plan: Plan, start: int, stop: int) -> Rows:
 
 
 # ---------------------------------------------------------------------- rows
-def _parameters(rotors: Sequence[Rotor]) -> Rows:
+def _parameters(values: Rows, hubs: NDArray[Any], blades: NDArray[Any]) -> Rows:
     """The parameter columns of some designs."""
-    out: Rows = {p.name: np.array([getattr(r, p.name) for r in rotors], float) for p in PARAMETERS}
-    out["blades"] = np.array([r.blades for r in rotors], np.int16)
-    out["hub"] = np.array([r.hub for r in rotors], np.int8)
-    out["flap_frequency"] = np.array([r.flap_frequency for r in rotors], float)
-    return out
+    frequency = np.sqrt(1.0 + values["hinge_stiffness"] + values["offset_mass_ratio"])
+    return {**values, "blades": blades, "hub": hubs, "flap_frequency": frequency}
 
 
-def _stacked(rotors: Sequence[Rotor], hub: Hub, blades: int) -> Rotor:
-    """One Rotor with an array a parameter."""
-    values: dict[str, Any] = {p.name: np.array([getattr(r, p.name) for r in rotors], float) for p in PARAMETERS}
-    return Rotor(hub=hub, blades=blades, **values)
-
-
-def _empty(n: int) -> Rows:
-    """Result columns with everything absent."""
-    out: Rows = {f"exponent_{i}": np.full(n, np.nan + 0j) for i in (1, 2)}
-    out |= {name: np.full(n, np.nan) for name in ("exponent_error", "rotation_number", "lock", "determinant_defect")}
-    out |= {name: np.zeros(n, np.int8) for name in ("verdict", "method")} | {"panels": np.zeros(n, np.int32)}
+def _absent(n: int) -> Rows:
+    """Result columns of rows that have no such result; columns of one type share their memory."""
+    number, pair, small = np.full(n, np.nan), np.full(n, complex(np.nan, np.nan)), np.zeros(n, np.int8)
+    out: Rows = {"exponent_1": pair, "exponent_2": pair}
+    out |= dict.fromkeys(("exponent_error", "rotation_number", "lock", "determinant_defect"), number)
+    out |= {"verdict": small, "method": small, "panels": np.zeros(n, np.int32)}
+    rule = np.full(n, Rule.ABSENT, np.int8)
     for mode in MODES:
-        out |= {f"{part}_{mode}_{i}": np.full(n, complex(np.nan, np.nan)) for part in ("exact", "tpp") for i in (1, 2)}
-        out |= {column.format(mode): np.full(n, np.nan) for column in METRIC_COLUMNS.values()}
-        out |= {f"rule_{mode}": np.full(n, Rule.ABSENT, np.int8), f"cause_{mode}": np.zeros(n, np.int8)}
+        out |= {f"{part}_{mode}_{i}": pair for part in ("exact", "tpp") for i in (1, 2)}
+        out |= {column.format(mode): number for column in METRIC_COLUMNS.values()}
+        out |= {f"rule_{mode}": rule, f"cause_{mode}": small}
     return out
 
 
-def _fill(out: Rows, rows: NDArray[np.intp], found: Comparison) -> None:
-    """Put a comparison into its rows."""
+def _results(found: Comparison) -> Rows:
+    """The result columns of a comparison."""
     s = found.stability
-    for i in (0, 1):
-        out[f"exponent_{i + 1}"][rows] = s.exponents[..., i]
-    out["exponent_error"][rows] = s.exponent_errors.max(axis=-1)
-    for name in ("rotation_number", "lock", "determinant_defect", "verdict", "method", "panels"):
-        out[name][rows] = getattr(s, name)
+    out: Rows = {f"exponent_{i + 1}": s.exponents[..., i] for i in (0, 1)}
+    out["exponent_error"] = s.exponent_errors[..., 0]  # one bound for both
+    names = ("rotation_number", "lock", "determinant_defect", "verdict", "method", "panels")
+    out |= {name: getattr(s, name) for name in names}
     for mode in found.modes:
         for i in (0, 1):
-            out[f"exact_{mode.name}_{i + 1}"][rows] = mode.exact[..., i]
-            out[f"tpp_{mode.name}_{i + 1}"][rows] = mode.simple[..., i]
-        for metric, column in METRIC_COLUMNS.items():
-            out[column.format(mode.name)][rows] = mode.by(metric)
-        out[f"rule_{mode.name}"][rows], out[f"cause_{mode.name}"][rows] = mode.rule, mode.cause
+            out[f"exact_{mode.name}_{i + 1}"] = mode.exact[..., i]
+            out[f"tpp_{mode.name}_{i + 1}"] = mode.simple[..., i]
+        out |= {column.format(mode.name): mode.by(metric) for metric, column in METRIC_COLUMNS.items()}
+        out |= {f"rule_{mode.name}": mode.rule, f"cause_{mode.name}": mode.cause}
+    return out
+
+
+def _joined(name: str, parts: Sequence[tuple[Any, Rows]], absent: NDArray[Any]) -> NDArray[Any]:
+    """A column of all rows from those of groups of them."""
+    if len(parts) == 1:
+        return parts[0][1].get(name, absent)
+    out = absent.copy()
+    for rows, results in parts:
+        if name in results:
+            out[rows] = results[name]
+    return out

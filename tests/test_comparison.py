@@ -4,13 +4,16 @@ from __future__ import annotations
 
 import math
 from itertools import permutations
+from typing import Any
 
 import numpy as np
 import pytest
 
-from floquet.comparison import Cause, Metric, Rule, _assigned, compare, matched, mode_orders
+from floquet.comparison import Cause, Metric, Rule, compare, matched, mode_orders
 from floquet.errors import FloquetWarning, ParameterError
 from floquet.exponents import Stability, stability
+from floquet.kernels import pairing
+from floquet.kernels.quadratics import in_order
 from floquet.models import flapping
 from floquet.rotor import Hub, Rotor
 
@@ -31,6 +34,23 @@ def locked_state(rho: float, s1: float, s2: float) -> Stability:
         panels=0,
         period=2 * math.pi,
     )
+
+
+def assigned(targets: Any, values: Any) -> Any:
+    """The pair of values (2m,) of every target (m, 2), for one point."""
+    m = len(targets)
+    exact, z = (np.stack([x.real, x.imag], axis=-1) for x in (np.asarray(targets), in_order(np.asarray(values))))
+    pairs = np.empty((m, 4, 1, 1))
+    pairing.assigned(
+        exact.reshape(m, 4, 1, 1),
+        np.arange(m, dtype=float),
+        z.reshape(2 * m, 2, 1, 1),
+        *pairing.tables(m),
+        np.empty((2 * m + 1, m, 1)),
+        pairs,
+        0,
+    )
+    return pairs[:, 0::2, 0, 0] + 1j * pairs[:, 1::2, 0, 0]
 
 
 # ---------------------------------------------------------------------- published and derived numbers
@@ -178,10 +198,8 @@ def test_pairs_stay_whole() -> None:
 def test_reals_are_put_in_the_nearest_twos() -> None:
     """Two overdamped modes inside one another: neighbours would be the wrong pairs."""
     simple = np.array([-0.3, -2.6, -1.0, -1.4, MEAN + 2j, MEAN - 2j])
-    targets = np.array([[[-0.32, -2.5], [-1.1, -1.3], [MEAN + 2.1j, MEAN - 2.1j]]])
-    np.testing.assert_array_equal(
-        _assigned(targets, simple[None])[0], [[-0.3, -2.6], [-1.0, -1.4], [MEAN + 2j, MEAN - 2j]]
-    )
+    targets = np.array([[-0.32, -2.5], [-1.1, -1.3], [MEAN + 2.1j, MEAN - 2.1j]])
+    np.testing.assert_array_equal(assigned(targets, simple), [[-0.3, -2.6], [-1.0, -1.4], [MEAN + 2j, MEAN - 2j]])
 
 
 def test_errors_are_continuous_into_a_lock() -> None:

@@ -6,25 +6,34 @@ Put β = t(ψ) a into the blade's equation, with t a row of harmonics, and keep 
 
 With t = (1, -cos ψ, -sin ψ), a = (a₀, a₁, b₁) this is the tip-path plane; with M harmonics it is the averaged
 multiblade model of 2M+1 blades, which is the tip-path plane only for M = 1 (N = 3 and 4).
+
+d and k are numbers, so that D̃ = 2 mean t⁺t' + mean d t⁺t and so on: the mean of a number times a matrix of
+trigonometric polynomials takes only those harmonics of the number that the matrix has, and t⁺t is the same for every
+rotor.
 """
 
 from __future__ import annotations
 
 import math
-from typing import Unpack
+from collections.abc import Sequence
+from functools import cache
+from typing import NamedTuple, Unpack
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from ..errors import ParameterError
-from ..periodic import PeriodicMatrix, PeriodicSystem
+from ..periodic import TWO_PI, PeriodicMatrix, PeriodicSystem
 from ..rotor import Hub, Rotor
 from .flapping import blade
 from .multiblade import coordinates
 from .physics import PhysicsKeywords, advance_ratios
 from .teetering import teetering
 
-__all__ = ["averaged", "tip_path_plane"]
+__all__ = ["averaged", "averaged_of", "plane_of", "tip_path_plane"]
+
+Array = NDArray[np.float64]
+ONE = PeriodicMatrix.scalar(mean=1.0)
 
 
 def tip_path_plane(rotor: Rotor, advance_ratio: ArrayLike, **options: Unpack[PhysicsKeywords]) -> PeriodicSystem:
@@ -33,11 +42,14 @@ def tip_path_plane(rotor: Rotor, advance_ratio: ArrayLike, **options: Unpack[Phy
     Arguments as in :func:`floquet.flapping`; a constant system, whose exponents are eigenvalues.
     """
     advance_ratios(advance_ratio, rotor)
-    t = PeriodicMatrix.harmonic(1, [[-1.0, 0.0]], [[0.0, -1.0]])
-    if rotor.hub == Hub.TEETERING:
-        return _projected(teetering(rotor, advance_ratio, **options), t, ("a_1", "b_1"), "tip path plane")
-    t = PeriodicMatrix.assemble([[PeriodicMatrix.constant([[1.0]]), t]])
-    return _projected(blade(rotor, advance_ratio, **options), t, ("a_0", "a_1", "b_1"), "tip path plane")
+    teeters = rotor.hub == Hub.TEETERING
+    return plane_of((teetering if teeters else blade)(rotor, advance_ratio, **options), teeters=teeters)
+
+
+def plane_of(one: PeriodicSystem, *, teeters: bool) -> PeriodicSystem:
+    """The tip-path plane of the equation of a blade, or of a rotor that teeters."""
+    names = ("a_1", "b_1") if teeters else ("a_0", "a_1", "b_1")
+    return _projected(one, _tip_path(teeters), names, "tip path plane")
 
 
 def averaged(
@@ -47,6 +59,11 @@ def averaged(
 
     Its modes are approximations of the rotor's for any number of blades, better with every harmonic.
     """
+    return averaged_of(blade(rotor, advance_ratio, **options), harmonics)
+
+
+def averaged_of(one: PeriodicSystem, harmonics: int) -> PeriodicSystem:
+    """The averaged multiblade model of blades with the equation ``one``."""
     if isinstance(harmonics, bool) or harmonics != int(harmonics) or not 1 <= harmonics <= 16:
         raise ParameterError(
             "harmonics",
@@ -54,37 +71,99 @@ def averaged(
             f"{harmonics!r} is not a whole number from 1 to 16: 1 is the tip-path plane, "
             "each further one adds two modes",
         )
-    rows = [
-        PeriodicMatrix.constant([[1.0]]),
-        *(PeriodicMatrix.harmonic(n, [[1.0, 0.0]], [[0.0, 1.0]]) for n in range(1, int(harmonics) + 1)),
-    ]
+    count = int(harmonics)
+    return _projected(one, _multiblade(count), coordinates(2 * count + 1), f"averaged over {harmonics} harmonics")
+
+
+# ---------------------------------------------------------------------- projection
+class _Kept(NamedTuple):
+    """t⁺, t⁺t, t⁺t' and t⁺t''."""
+
+    plus: PeriodicMatrix
+    still: PeriodicMatrix
+    first: PeriodicMatrix
+    second: PeriodicMatrix
+
+
+def _kept(rows: Sequence[PeriodicMatrix]) -> _Kept:
+    """For t with these harmonics."""
     t = PeriodicMatrix.assemble([rows])
-    return _projected(
-        blade(rotor, advance_ratio, **options),
-        t,
-        coordinates(2 * int(harmonics) + 1),
-        f"averaged over {harmonics} harmonics",
-    )
+    plus = PeriodicMatrix.constant(np.diag(1.0 / (t.transpose() @ t).mean().diagonal())) @ t.transpose()
+    return _Kept(plus, plus @ t, plus @ t.derivative(), plus @ t.derivative().derivative())
 
 
-def _projected(one: PeriodicSystem, t: PeriodicMatrix, names: tuple[str, ...], name: str) -> PeriodicSystem:
-    """Keep the harmonics of ``t`` in the blade's equation."""
-    assert one.damping is not None and one.stiffness is not None
+@cache
+def _tip_path(teeters: bool) -> _Kept:
+    """t = (1, -cos ψ, -sin ψ); without the 1 for a rotor that teeters."""
+    cyclic = PeriodicMatrix.harmonic(1, [[-1.0, 0.0]], [[0.0, -1.0]])
+    return _kept([cyclic] if teeters else [PeriodicMatrix.constant([[1.0]]), cyclic])
+
+
+@cache
+def _multiblade(harmonics: int) -> _Kept:
+    """t = (1, cos ψ, sin ψ, cos 2ψ, …)."""
+    waves = [PeriodicMatrix.harmonic(n, [[1.0, 0.0]], [[0.0, 1.0]]) for n in range(1, harmonics + 1)]
+    return _kept([PeriodicMatrix.constant([[1.0]]), *waves])
+
+
+def _projected(one: PeriodicSystem, t: _Kept, names: tuple[str, ...], name: str) -> PeriodicSystem:
+    """Keep the harmonics of t in the blade's equation."""
+    assert one.damping is not None and one.stiffness is not None and one.inputs is not None
     d, k, inputs = one.damping, one.stiffness, one.inputs
-    assert inputs is not None
-    t_plus = PeriodicMatrix.constant(np.diag(1.0 / (t.transpose() @ t).mean().diagonal())) @ t.transpose()
-    D = t_plus @ (2.0 * t.derivative() + d @ t)
-    K = t_plus @ (t.derivative().derivative() + d @ t.derivative() + k @ t)
+    D = _mean((ONE, 2.0 * t.first), (d, t.still))
+    K = _mean((ONE, t.second), (d, t.first), (k, t.still))
     return PeriodicSystem(
         period=math.nan,
-        damping=_mean(D),
-        stiffness=_mean(K),
-        inputs=lambda: _mean(t_plus @ inputs()),
+        damping=PeriodicMatrix.constant(D),
+        stiffness=PeriodicMatrix.constant(K),
+        inputs=lambda: PeriodicMatrix.constant((t.plus @ inputs()).mean()),
         input_names=one.input_names,
         coordinates=names,
         name=name,
     )
 
 
-def _mean(matrix: PeriodicMatrix) -> PeriodicMatrix:
-    return PeriodicMatrix.constant(matrix.mean(), matrix.period)
+def _mean(*terms: tuple[PeriodicMatrix, PeriodicMatrix]) -> Array:
+    """Σ mean g M for 1×1 matrices g (..., 1, 1) and matrices M (n, n) without cases, (..., n, n)."""
+    n = terms[0][1].shape[0]
+    cases = np.broadcast_shapes(*(g.cases for g, _ in terms))
+    out = np.zeros((n, n, *cases))  # the cases side by side
+    for g, M in terms:
+        weights = M.coefficients[0]
+        for moment, weight in zip(_moments(g, M.order), weights, strict=True):
+            if np.any(moment):
+                for i, j in zip(*np.nonzero(weight), strict=True):
+                    out[i, j] += weight[i, j] * moment
+    return np.moveaxis(out, (0, 1), (-2, -1))
+
+
+def _moments(g: PeriodicMatrix, order: int) -> list[Array]:
+    """Means of g, g cos ψ, g sin ψ, g cos 2ψ, … (...)."""
+    if g.edges is None:
+        known = [g.coefficients[..., 0, row, 0, 0] for row in range(2 * min(g.order, order) + 1)]
+        return [known[0], *(0.5 * row for row in known[1:]), *([np.zeros(())] * (2 * order + 1 - len(known)))]
+    return _moments_of_pieces(g, order)
+
+
+def _moments_of_pieces(g: PeriodicMatrix, order: int) -> list[Array]:
+    """The same for pieces with g = G₀ + 2 Re Σ G_h e^{ihψ} on each, from the parts E_h of the mean of e^{ihψ}.
+
+    mean g e^{ijψ} = Σ G₀ E_j + Σ (G_h E_{j+h} + conj(G_h E_{h-j})) over the pieces
+    """
+    assert g.edges is not None
+    edges = TWO_PI / g.period * np.moveaxis(g.edges, -1, 0)
+    rows = np.moveaxis(g.coefficients[..., 0, 0], (-2, -1), (1, 0))  # (terms, pieces, ...)
+    wave = np.exp(1j * edges)
+    E, power = [np.diff(edges, axis=0) / TWO_PI], np.ones(())
+    for h in range(1, g.order + order + 1):
+        power = power * wave
+        E.append(np.diff(power, axis=0) / (1j * h * TWO_PI))
+    found = []
+    for j in range(order + 1):
+        total = rows[0] * E[j]
+        for h in range(1, g.order + 1):
+            G = 0.5 * (rows[2 * h - 1] - 1j * rows[2 * h])
+            total = total + G * E[j + h] + np.conj(G * (E[h - j] if h >= j else np.conj(E[j - h])))
+        mean = sum(total[1:], total[0])  # in order: a case's bits must not depend on how many there are
+        found += [mean.real, mean.imag] if j else [mean.real]
+    return found
