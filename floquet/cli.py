@@ -255,6 +255,8 @@ def rotor(file: str | None, style: str | None, **values: Any) -> None:
 @click.option("--advance-ratio", type=float, help="μ = V cos α/(ΩR).")
 @knots_flag
 @click.option("--harmonics", type=int, help="Harmonics of the simple model (left out: 1, the tip-path plane).")
+@click.option("--check", is_flag=True, default=None, help="Compute the exponents again by Koopman–Hill projection.")
+@click.option("--certify", is_flag=True, default=None, help="Prove exponents and verdict by ball arithmetic.")
 @rotor_flags
 @physics_flags
 @output_flags
@@ -272,7 +274,7 @@ def analyse(
     mu = asked(one, advance_ratio, knots)
     if mu is None:
         raise InputError("no speed was given: add --advance-ratio 0.3, or --knots 120 where Ω and R are known")
-    compared = compare(one, mu, **given(values, (*PHYSICS, "harmonics")))
+    compared = compare(one, mu, **given(values, (*PHYSICS, "harmonics", "check", "certify")))
     record = report.analysis(one, mu, compared)
     show(style, record, lambda: report.analysis_text(one, mu, compared), lambda: report.analysis_rows(record))
 

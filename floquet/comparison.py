@@ -134,6 +134,8 @@ def compare(
     *,
     harmonics: int = 1,
     model: Model | None = None,
+    check: bool = False,
+    certify: bool = False,
     **options: Unpack[PhysicsKeywords],
 ) -> Comparison:
     """Compare the exact exponents of a rotor with those of its constant-coefficient model.
@@ -146,6 +148,8 @@ def compare(
         Of the simple model: 1 is the tip-path plane, M the averaged model of 2M+1 blades.
     model : "flapping" or "teetering"
         Of the exact rotor; by default after its hub.
+    check, certify : bool
+        Have the exact exponents checked by a second mechanism, or proved; see :func:`floquet.stability`.
     **options
         Physics of both, see :mod:`floquet.models.physics`.
     """
@@ -161,7 +165,8 @@ def compare(
     one = (teetering if kind == "teetering" else blade)(rotor, mu, **options)
     simple = _simplified(one, harmonics, kind)
     modes = mode_orders(harmonics, kind)
-    return _matched(stability(one), eigenvalues(simple), modes, differential(simple, rotor, kind))
+    exact = stability(one, check=check, certify=certify)
+    return _matched(exact, eigenvalues(simple), modes, differential(simple, rotor, kind))
 
 
 def exact_model(rotor: Rotor, model: str | None = None) -> Model:

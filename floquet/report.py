@@ -31,6 +31,7 @@ from floquet.rotor import PARAMETERS, Hub, Rotor
 from floquet.validity import Limit, limits, lock_windows
 
 if TYPE_CHECKING:
+    from floquet.exponents import Stability
     from floquet.query import Database
     from floquet.study import RunReport
 
@@ -265,9 +266,22 @@ def title(rotor: Rotor) -> str:
 def analysis(rotor: Rotor, advance_ratio: float, comparison: Comparison) -> Record:
     """Everything known at one point: the fields of the Stability, the modes, and Hz and seconds where Ω is known."""
     stability = comparison.stability
-    fields = {f.name: getattr(stability, f.name) for f in dataclasses.fields(stability)}
+    evidence = {"check": stability.check, "certificates": stability.certificates}
+    fields = {f.name: getattr(stability, f.name) for f in dataclasses.fields(stability) if f.name not in evidence}
+    fields |= {"multipliers": stability.multipliers, **_evidence(stability)}
     modes = [mode_record(mode, rotor.rotor_speed) for mode in comparison.modes]
     return {"rotor": rotor.name, "advance_ratio": advance_ratio, **fields, "modes": modes, "note": NO_INFLOW}
+
+
+def _evidence(stability: Stability) -> Record:
+    """The second answer and the proof, where they were asked for."""
+    out: Record = {}
+    if stability.check is not None:
+        names = ("exponents", "exponent_errors", "harmonics", "converged")
+        out["check"] = {name: getattr(stability.check, name) for name in names}
+    if stability.certificates is not None:
+        out["certificate"] = dataclasses.asdict(stability.certificates[0])
+    return out
 
 
 def mode_record(mode: ModeComparison, rotor_speed: float | None) -> Record:
@@ -307,6 +321,7 @@ def analysis_text(rotor: Rotor, advance_ratio: float, comparison: Comparison) ->
         "exponents per rev (σ < 0 decays), with bounds:",
         *(f"    {exponent(complex(eta))}  ± {bound:.1e}" for eta, bound in bounds),
         f"    rotation number {number(float(stability.rotation_number), 7)} per rev, {lock}",
+        *_evidence_lines(stability),
         "",
         table([*headers, *seconds], [row for mode in comparison.modes for row in _mode_rows(mode, rotor.rotor_speed)]),
         "",
@@ -318,6 +333,16 @@ def analysis_text(rotor: Rotor, advance_ratio: float, comparison: Comparison) ->
         NO_INFLOW,
     ]
     return "\n".join(lines)
+
+
+def _evidence_lines(stability: Stability) -> list[str]:
+    lines = []
+    if stability.check is not None:
+        bound = float(np.max(stability.check.exponent_errors))
+        lines.append(f"    checked by Koopman–Hill projection with {stability.check.harmonics} harmonics: ± {bound:.1e}")
+    if stability.certificates is not None:
+        lines.append(f"    proved: {stability.certificates[0].theorem}")
+    return lines
 
 
 def _mode_rows(mode: ModeComparison, rotor_speed: float | None) -> Iterable[list[Any]]:

@@ -94,6 +94,17 @@ def test_analyse_gives_the_exponents_of_the_library(run: Floquet) -> None:
     assert answer["modes"][0]["rule"] == "PAIRED"
 
 
+def test_analyse_checks_and_proves(run: Floquet) -> None:
+    pytest.importorskip("flint")
+    flags = ("analyse", *BLADE, "--advance-ratio", "0.3", "--check", "--certify")
+    answer, text = run(*flags, "--json").json, run(*flags).out
+    assert answer["method"] == "CERTIFIED" and max(answer["exponent_errors"]) < 1e-16
+    assert answer["certificate"]["verdict"] == "STABLE" and answer["check"]["converged"]
+    assert answer["rotation_number"] == answer["exponents"][0][1] == answer["certificate"]["exponents"][0][1]
+    assert "proved: over one period" in text and "checked by Koopman–Hill" in text
+    assert "check" not in run(*flags[:-2], "--json").json
+
+
 def test_analyse_in_hertz_and_seconds(run: Floquet) -> None:
     """A motion e^{σΩt} has halved after ln 2/(-σΩ): σ = -γ/16 and Ω = 40 rad/s give 0.03466 s for γ = 8."""
     mode = run("analyse", "--lock-number", "8", "--rotor-speed", "40", "--advance-ratio", "0", "--json").json["modes"][

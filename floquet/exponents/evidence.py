@@ -37,6 +37,9 @@ def certified(found: Stability, system: PeriodicSystem) -> Stability:
         "reason": np.array([c.reason for c in certificates], np.int8),
         "method": np.full(len(certificates), Method.CERTIFIED, np.int8),
     }
+    rho = np.asarray(found.rotation_number)
+    said["rotation_number"] = np.where(np.isnan(rho), np.nan, eta[..., 0].imag)
+    said["lock"] = np.where(np.isnan(found.lock), np.nan, said["rotation_number"])
     fields = plain({name: value.reshape(shape) for name, value in said.items()}, shape)
     return replace(found, exponents=eta, exponent_errors=radii, certificates=certificates, **fields)
 
