@@ -339,7 +339,8 @@ def _evidence_lines(stability: Stability) -> list[str]:
     lines = []
     if stability.check is not None:
         bound = float(np.max(stability.check.exponent_errors))
-        lines.append(f"    checked by Koopman–Hill projection with {stability.check.harmonics} harmonics: ± {bound:.1e}")
+        with_harmonics = f"with {stability.check.harmonics} harmonics"
+        lines.append(f"    checked by Koopman–Hill projection {with_harmonics}: ± {bound:.1e}")
     if stability.certificates is not None:
         lines.append(f"    proved: {stability.certificates[0].theorem}")
     return lines

@@ -22,7 +22,12 @@ FLAPPING, TPP, MULTIBLADE = (
     "floquet/models/tip_path_plane.py",
     "floquet/models/multiblade.py",
 )
-EXPONENTS, PERIOD_MAP = "floquet/exponents.py", "floquet/period_map.py"
+FORM, PRECISE, FACTOR_BOUNDS = (
+    "floquet/period_map/hill.py",
+    "floquet/period_map/precise.py",
+    "floquet/exponents/factors.py",
+)
+CLOSING, HILL, TAYLOR = "floquet/kernels/closing.py", "floquet/kernels/hill.py", "floquet/kernels/generate.py"
 MODELS = "tests/test_models.py"
 
 #: One integral ∫ U_T^p x^j (x-ε)^k dx and the power b of u in it, with the coefficients it gives.
@@ -53,39 +58,39 @@ structure = tuple(
     for what, old, new in (
         (
             "1 of P²",
-            "_constant(1.0 + np.asarray(rotor.hinge_stiffness) + m)",
-            "_constant(1.01 + np.asarray(rotor.hinge_stiffness) + m)",
+            '_constant(1 + v["hinge_stiffness"] + v["offset_mass_ratio"])',
+            '_constant(1.01 + v["hinge_stiffness"] + v["offset_mass_ratio"])',
         ),
         (
             "κ of P²",
-            "_constant(1.0 + np.asarray(rotor.hinge_stiffness) + m)",
-            "_constant(1.0 + 1.01 * np.asarray(rotor.hinge_stiffness) + m)",
+            '_constant(1 + v["hinge_stiffness"] + v["offset_mass_ratio"])',
+            '_constant(1 + 1.01 * v["hinge_stiffness"] + v["offset_mass_ratio"])',
         ),
         (
             "m of P²",
-            "_constant(1.0 + np.asarray(rotor.hinge_stiffness) + m)",
-            "_constant(1.0 + np.asarray(rotor.hinge_stiffness) + 1.01 * m)",
+            '_constant(1 + v["hinge_stiffness"] + v["offset_mass_ratio"])',
+            '_constant(1 + v["hinge_stiffness"] + 1.01 * v["offset_mass_ratio"])',
         ),
-        ("K₁", "np.asarray(rotor.pitch_flap_coupling) * pitch", "1.01 * np.asarray(rotor.pitch_flap_coupling) * pitch"),
+        ("K₁", 'v["pitch_flap_coupling"] * pitch', '1.01 * v["pitch_flap_coupling"] * pitch'),
         (
             "flap damping",
-            "_constant(np.asarray(rotor.flap_damping))",
-            "_constant(1.01 * np.asarray(rotor.flap_damping))",
+            '_constant(v["flap_damping"])',
+            '_constant(1.01 * v["flap_damping"])',
         ),
         ("A₁c column", "-1.0 * (COSINE @ pitch)", "-1.01 * (COSINE @ pitch)"),
         ("B₁c column", "-1.0 * (SINE @ pitch)", "-1.01 * (SINE @ pitch)"),
         ("2(1+m)", "2.0 * (1.0 + m), (1.0 + m if", "2.02 * (1.0 + m), (1.0 + m if"),
         (
             "(1+m) of the body accelerations",
-            "(1.0 + m if physics.kinematic_rates",
-            "(1.01 + m if physics.kinematic_rates",
+            "(1.0 + m if self.physics.kinematic_rates",
+            "(1.01 + m if self.physics.kinematic_rates",
         ),
         ("ṗ_w column", "acceleration * SINE,", "1.01 * acceleration * SINE,"),
         ("q̇_w column", "acceleration * COSINE,", "1.01 * acceleration * COSINE,"),
         (
             "s",
-            "_constant(np.asarray(rotor.static_moment_ratio))",
-            "_constant(1.01 * np.asarray(rotor.static_moment_ratio))",
+            '_constant(self.values["static_moment_ratio"])',
+            '_constant(1.01 * self.values["static_moment_ratio"])',
         ),
     )
 )
@@ -93,15 +98,15 @@ physics = (
     Mutant(
         "Ω² left out of the rate terms (Ω = 27 rad/s)",
         FLAPPING,
-        "half * air.integral(1, 1, 1)",
-        "(half / 27.0**2) * blade.integral(1, 1, 1)",
+        "half * self.integral(1, 1, 1)",
+        "(half / 27.0**2) * self.integral(1, 1, 1)",
         MODELS,
     ),
     Mutant(
         "sign of 2Ω T' in the damping (B5)",
         MULTIBLADE,
-        "Ti @ (2.0 * T.derivative() + A @ T)",
-        "Ti @ (-2.0 * T.derivative() + A @ T)",
+        "Ti @ (2 * T.derivative() + A @ T)",
+        "Ti @ (-2 * T.derivative() + A @ T)",
         MODELS,
     ),
     Mutant(
@@ -122,74 +127,139 @@ physics = (
     ),
     Mutant("signs of a₁ and b₁", TPP, "[[-1.0, 0.0]], [[0.0, -1.0]]", "[[1.0, 0.0]], [[0.0, 1.0]]", MODELS),
     Mutant("truncated where exact is asked", FLAPPING, "physics.exact_offset | (cutout", "False | (cutout", MODELS),
-    Mutant("inner reversed region forgotten", FLAPPING, "- 2.0 * inboard[b]", "- 1.0 * inboard[b]", MODELS),
+    Mutant("inner reversed region forgotten", FLAPPING, "- 2 * inboard[b]", "- 1 * inboard[b]", MODELS),
     Mutant(
-        "outer reversed region forgotten", FLAPPING, "-1.0 * ahead, between, ahead]", "ahead, between, ahead]", MODELS
+        "outer reversed region forgotten", FLAPPING, "(-1) * ahead, between, ahead]", "ahead, between, ahead]", MODELS
     ),
     Mutant(
         "odd harmonics kept in teetering",
         "floquet/models/teetering.py",
-        "0.5 * (matrix + matrix.shifted(math.pi))",
+        "(matrix + matrix.shifted(math.pi)) / 2",
         "matrix",
         MODELS,
     ),
 )
 branch = (
     Mutant(
-        "lift: integer",
-        EXPONENTS,
-        "np.round(phi.turns - fraction)",
-        "(np.round(phi.turns - fraction) + 1.0)",
+        "lift: zeros not counted",
+        HILL,
+        "((a[0] < 0) != (b[0] < 0)) * 1.0",
+        "0.0",
         "tests/test_exponents.py",
     ),
-    Mutant("lift: integer dropped", EXPONENTS, "np.round(phi.turns - fraction)", "0.0", "tests/test_exponents.py"),
     Mutant(
-        "lift: sign", EXPONENTS, "-np.sign(phi.hill[:, 1, 0])", "np.sign(phi.hill[:, 1, 0])", "tests/test_exponents.py"
-    ),
-    Mutant(
-        "turns: sense",
-        PERIOD_MAP,
-        "a[:, 1] * b[:, 0] - a[:, 0] * b[:, 1]",
-        "a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]",
+        "lift: zeros counted twice",
+        HILL,
+        "((a[0] < 0) != (b[0] < 0)) * 1.0",
+        "((a[0] < 0) != (b[0] < 0)) * 2.0",
         "tests/test_exponents.py",
     ),
-    Mutant("lock claimed without growth", EXPONENTS, "locked = D > b", "locked = D > -b", "tests/test_exponents.py"),
-    Mutant("kick at a jump of the damping", PERIOD_MAP, "kicks = 0.5 * d.jumps()", "kicks = 0.0 * d.jumps()", MODELS),
     Mutant(
-        "Hill form: d'/2", PERIOD_MAP, "k - 0.5 * d.derivative()", "k - 0.4 * d.derivative()", "tests/test_exponents.py"
+        "lift: parity of a complex pair",
+        CLOSING,
+        "select(locked, tau > 0.0, m[2] < 0.0)",
+        "select(locked, tau > 0.0, m[2] > 0.0)",
+        "tests/test_exponents.py",
+    ),
+    Mutant(
+        "lift: parity of a lock",
+        CLOSING,
+        "select(locked, tau > 0.0, m[2] < 0.0)",
+        "select(locked, tau < 0.0, m[2] < 0.0)",
+        "tests/test_exponents.py",
+    ),
+    Mutant(
+        "lift: which way a locked solution has gone",
+        CLOSING,
+        "locked & (m[2] * m[0] < 0.0)",
+        "locked & (m[2] * m[0] > 0.0)",
+        "tests/test_exponents.py tests/test_certified.py",
+    ),
+    Mutant(
+        "lock claimed without growth",
+        CLOSING,
+        "locked = D > b",
+        "locked = D > -b",
+        "tests/test_exponents.py",
+    ),
+    Mutant(
+        "kick at a jump of the damping",
+        FORM,
+        "kicks = 0.5 * d.jumps()",
+        "kicks = 0.0 * d.jumps()",
+        MODELS,
+    ),
+    Mutant(
+        "Hill form: d'/2",
+        FORM,
+        "k - d.derivative() / 2",
+        "k - d.derivative() / 2.1",
+        "tests/test_exponents.py",
+    ),
+    Mutant(
+        "Hill form in forty digits: d²/4",
+        PRECISE,
+        "(d @ d) / 4",
+        "(d @ d) / 5",
+        "tests/test_exponents.py",
     ),
 )
 bounds = (
     Mutant(
         "bound of a blade divided by ten",
-        EXPONENTS,
-        "_hill_bound(phi, root) / T",
-        "0.1 * _hill_bound(phi, root) / T",
+        CLOSING,
+        "np.sqrt(size + b))) / T",
+        "np.sqrt(size + b))) / (10.0 * T)",
         "tests/test_exponents.py",
     ),
     Mutant(
         "bound of factors divided by ten",
-        EXPONENTS,
+        FACTOR_BOUNDS,
         "relative = radius / np.abs(values)",
         "relative = 0.1 * radius / np.abs(values)",
         "tests/test_exponents.py",
     ),
     Mutant(
         "truncation left out of the bound",
-        PERIOD_MAP,
-        "_norm((F - panel(gauss_rule(COARSE_NODES))) * balance)",
-        "0.0",
-        "tests/test_exponents.py",
+        HILL,
+        "np.where(there, e + EPS",
+        "np.where(there, 0.0 * e + EPS",
+        "tests/test_exponents.py tests/test_kernels.py",
+    ),
+    Mutant(
+        "rounding left out of the bound",
+        HILL,
+        "ROUNDING = 2.0",
+        "ROUNDING = 0.0",
+        "tests/test_kernels.py tests/test_certified.py",
+    ),
+    Mutant(
+        "gradient of D without adj F",
+        HILL,
+        "(abs(tau * w0 - f[3]) + abs(tau * w3 - f[0]))",
+        "(abs(tau * w0) + abs(tau * w3))",
+        "tests/test_exponents.py tests/test_kernels.py",
     ),
     Mutant(
         "square root at branch points",
-        EXPONENTS,
-        "near = np.sqrt(size) + np.sqrt(size + b)",
-        "near = size + b",
+        CLOSING,
+        "np.sqrt(size) + np.sqrt(size + b)",
+        "size + b",
         "tests/test_exponents.py",
     ),
     Mutant(
-        "Liouville always content", EXPONENTS, "np.abs(det - 1.0), rho", "0.0 * det, rho", "tests/test_exponents.py"
+        "Liouville always content",
+        CLOSING,
+        "abs(m[0] * m[3] - m[1] * m[2] - 1.0)",
+        "0.0 * m[0]",
+        "tests/test_exponents.py",
+    ),
+    Mutant(
+        "identical blades: shifted by one too many",
+        "floquet/exponents/identical.py",
+        "k = np.arange(blades)",
+        "k = np.arange(blades) + 0.5",
+        "tests/test_exponents.py",
     ),
 )
 PAIRING, FACTORS = "floquet/kernels/pairing.py", "floquet/kernels/quadratics.py"
@@ -301,8 +371,8 @@ errata = (
         6,
         "M_BA without e M_β",
         FLAPPING,
-        "(1.0 + m if physics.kinematic_rates else np.ones_like(m))",
-        "(np.ones_like(m) if physics.kinematic_rates else np.ones_like(m))",
+        "(1.0 + m if self.physics.kinematic_rates else np.ones_like(m))",
+        "(np.ones_like(m) if self.physics.kinematic_rates else np.ones_like(m))",
     ),
     _erratum(7, "uniform blade with m = 1.5 ε", DECOUPLING, "1.5 * offset / (1.0 - offset)", "1.5 * offset"),
     _erratum(
@@ -334,13 +404,19 @@ errata = (
         "count = int(harmonics)",
         "count = 1",
     ),
-    _erratum(12, "no forcing by the precone", TEETERING, "-1.0 * _odd(stiffness)", "0.0 * _odd(stiffness)"),
+    _erratum(
+        12,
+        "no forcing by the precone",
+        TEETERING,
+        "-1.0 * _odd(blade_equation.whole()[1])",
+        "0.0 * _odd(blade_equation.whole()[1])",
+    ),
     _erratum(
         13,
         "weight and normal acceleration with the sign of (A1)",
         FLAPPING,
-        "_constant(np.asarray(rotor.static_moment_ratio)),",
-        "_constant(-np.asarray(rotor.static_moment_ratio)),",
+        '_constant(self.values["static_moment_ratio"]),',
+        '_constant(-self.values["static_moment_ratio"]),',
     ),
 )
 
