@@ -244,7 +244,9 @@ def test_rotation_number_rises_with_stiffness() -> None:
 def test_coexistence_is_no_lock() -> None:
     """Φ = -I without growth: y'' + y/4 = 0 over 2π, both solutions antiperiodic."""
     s = stability(PeriodicSystem(period=TWO_PI, stiffness=PeriodicMatrix.constant([[0.25]])))
-    assert math.isnan(s.lock) and s.rotation_number == pytest.approx(0.5, abs=1e-7)
+    assert math.isnan(s.lock) and s.rotation_number == pytest.approx(0.5, abs=1e-14)
+    # no branch point: D moves by the square of what Φ moves by, and doubles do
+    assert s.method == Method.HILL and s.exponent_errors.max() < 1e-13
 
 
 # ---------------------------------------------------------------------- verdicts, shapes
