@@ -241,10 +241,11 @@ def test_rotation_number_rises_with_stiffness() -> None:
     assert np.all(np.diff(rho) >= -1e-14)
 
 
-def test_coexistence_is_no_lock() -> None:
-    """Φ = -I without growth: y'' + y/4 = 0 over 2π, both solutions antiperiodic."""
-    s = stability(PeriodicSystem(period=TWO_PI, stiffness=PeriodicMatrix.constant([[0.25]])))
-    assert math.isnan(s.lock) and s.rotation_number == pytest.approx(0.5, abs=1e-14)
+@pytest.mark.parametrize("rho", [0.5, 1.0, 1.5])
+def test_coexistence_is_no_lock(rho: float) -> None:
+    """Φ = ±I without growth: y'' + ρ² y = 0 over 2π, both solutions periodic or antiperiodic."""
+    s = stability(PeriodicSystem(period=TWO_PI, stiffness=PeriodicMatrix.constant([[rho * rho]])))
+    assert math.isnan(s.lock) and s.rotation_number == pytest.approx(rho, abs=1e-14)
     # no branch point: D moves by the square of what Φ moves by, and doubles do
     assert s.method == Method.HILL and s.exponent_errors.max() < 1e-13
 
