@@ -7,7 +7,7 @@ alone: the same point gives the same bits in any chunk.
 from __future__ import annotations
 
 import math
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass, field
 from typing import Any, Unpack
 
@@ -133,12 +133,9 @@ def point_rows(plan: Plan, start: int, stop: int, columns: Collection[str] | Non
     designs, mu = index // plan.advance_ratio.size, plan.advance_ratio[index % plan.advance_ratio.size]
     values, hubs, blades = plan.parameters(designs)
     out: Rows = {"rotor": designs.astype(np.int32), "advance_ratio": mu, **_parameters(values, hubs, blades)}
-    kinds = np.stack([hubs, blades], axis=-1)
     parts: list[tuple[Any, Rows]] = []
-    for hub, count in np.unique(kinds, axis=0):
-        chosen = np.flatnonzero((kinds == (hub, count)).all(axis=1))
-        some: Any = slice(None) if len(chosen) == len(index) else chosen
-        group = Rotor(hub=Hub(hub), blades=int(count), **{name: value[some] for name, value in values.items()})
+    for hub, count, some in _kinds(hubs, blades):
+        group = Rotor(hub=hub, blades=count, **{name: value[some] for name, value in values.items()})
         found = compare(group, mu[some], model=exact_model(group, plan.model), **plan.physics.as_dict())
         parts.append((some, _results(found)))
     absent = _absent(len(index))
@@ -179,6 +176,16 @@ def _parameters(values: Rows, hubs: NDArray[Any], blades: NDArray[Any]) -> Rows:
     """The parameter columns of some designs."""
     frequency = np.sqrt(1.0 + values["hinge_stiffness"] + values["offset_mass_ratio"])
     return {**values, "blades": blades, "hub": hubs, "flap_frequency": frequency}
+
+
+def _kinds(hubs: NDArray[np.int8], blades: NDArray[np.int16]) -> Iterator[tuple[Hub, int, Any]]:
+    """Hub, number of blades, and the rows that have them: all of them where there is one kind."""
+    if hubs.min() == hubs.max() and blades.min() == blades.max():
+        yield Hub(int(hubs[0])), int(blades[0]), slice(None)
+        return
+    kinds = hubs.astype(np.int32) * 1024 + blades
+    for kind in np.unique(kinds):
+        yield Hub(int(kind) // 1024), int(kind) % 1024, np.flatnonzero(kinds == kind)
 
 
 def _absent(n: int) -> Rows:
