@@ -183,9 +183,9 @@ def _kinds(hubs: NDArray[np.int8], blades: NDArray[np.int16]) -> Iterator[tuple[
     if hubs.min() == hubs.max() and blades.min() == blades.max():
         yield Hub(int(hubs[0])), int(blades[0]), slice(None)
         return
-    kinds = hubs.astype(np.int32) * 1024 + blades
+    kinds = hubs.astype(np.int32) * 2**15 + blades
     for kind in np.unique(kinds):
-        yield Hub(int(kind) // 1024), int(kind) % 1024, np.flatnonzero(kinds == kind)
+        yield Hub(int(kind) >> 15), int(kind) % 2**15, np.flatnonzero(kinds == kind)
 
 
 def _absent(n: int) -> Rows:
