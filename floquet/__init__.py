@@ -41,7 +41,7 @@ Reading order, which is the order in which data flow (nothing imports against it
     errors, tomlfile, rotorfile, rotor → verdict → periodic → models → kernels → collocation → period_map → passage
                             → koopman → certify → exponents → modes → comparison
                             → validity → response → decoupling
-                            → sweep → families → store → studyfile → study → export → query
+                            → sweep → families → chunks → store → studyfile → study → export → query
                             → plot → report → exhibits → cli
 
 Names below are loaded when they are first used: ``import floquet`` itself loads no NumPy, SciPy, h5py or matplotlib.

@@ -357,9 +357,17 @@ def _verdicts(rotors: Sequence[Rotor], speeds: Sequence[float], style: str | Non
 @output_file
 @click.option("--resume", is_flag=True, help="Go on with a run that was stopped; keep a finished output.")
 @click.option("--dry-run", is_flag=True, help="Say what would be computed, and stop.")
+@click.option(
+    "--columns",
+    multiple=True,
+    help="Columns of points to store, separated by commas; '*' is all (left out: [output] columns of the study).",
+)
 @workers_flag
 @output_flags
-def run(file: str, output: str, resume: bool, dry_run: bool, workers: int | None, style: str | None) -> int:
+def run(
+    file: str, output: str, resume: bool, dry_run: bool, columns: tuple[str, ...], workers: int | None,
+    style: str | None,
+) -> int:  # fmt: skip
     """Run a study into a database.
 
     A run that is stopped keeps its finished parts and goes on with --resume.  STUDY.toml is described, with an example,
@@ -368,6 +376,8 @@ def run(file: str, output: str, resume: bool, dry_run: bool, workers: int | None
     from floquet import report, study
 
     loaded = study.load_study(file)
+    if columns:
+        loaded = loaded.storing(separated(columns))
     if dry_run:
         estimate = study.dry_run(loaded)
         show(style, estimate, lambda: report.pairs(estimate), lambda: [report.fields(estimate)])
@@ -389,6 +399,11 @@ def _run(loaded: Study, output: str, resume: bool, workers: int | None, style: s
     for part, reason in finished.failed:
         say(f"floquet: {part}: {reason}")
     return 3 if finished.failed else 0
+
+
+def separated(given: Sequence[str]) -> list[str]:
+    """Names that were given with commas between, or by several options."""
+    return [name.strip() for part in given for name in part.split(",") if name.strip()]
 
 
 def processors() -> int:
@@ -469,7 +484,7 @@ def query(database: str, style: str | None, columns: tuple[str, ...], **choice: 
     from floquet import report
     from floquet.query import open_database
 
-    wanted = [name.strip() for part in columns for name in part.split(",") if name.strip()]
+    wanted = separated(columns)
     with open_database(database) as opened:
         found = opened.query(choice.pop("expression"), columns=wanted or None, **choice)
         records = report.records(found, opened.columns(choice["table"]))

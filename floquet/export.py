@@ -73,5 +73,6 @@ def _to_parquet(file: store.File, table: str, out: Path) -> None:
 
 def _to_netcdf(file: store.File, table: str, out: Path) -> None:
     attributes = {k: v for k, v in file.attributes.items() if k != "attributes_digest"}
-    with store.create(out, {table: file.rows(table)}, attributes, root=table) as writers:
-        store.copy_rows(file, table, writers[table])
+    columns = {table: file.columns(table)}
+    with store.create(out, {table: file.rows(table)}, attributes, columns=columns, root=table) as writers:
+        store.copy_rows(file, writers[table])

@@ -5,12 +5,13 @@ A database has two tables, each a group that xarray opens as a dataset::
     /points   one row a rotor and advance ratio        :data:`POINTS`
     /limits   one row a rotor, mode, metric, tolerance :data:`LIMITS`
     /integrity/<table>   digests (variables, chunks, 16), minima and maxima (variables, chunks), all under the
-                         attribute digest
+                         attribute digest; stored (variables, chunks, 16), digests of the chunks as they are stored
 
-A complex column NAME is stored as the variables NAME_re and NAME_im.  Every variable is cut into chunks of
-:data:`CHUNK_ROWS` rows, compressed, with HDF5's checksum; the blake2b digest of every chunk is checked whenever it is
-read, that of /integrity when the file is opened, and one more covers the schema and the attributes.  Files appear whole
-or not at all: they are written beside their place, synced, and renamed.
+A complex column NAME is stored as the variables NAME_re and NAME_im.  Of the points a study may store fewer columns,
+those of :data:`ALWAYS` in any case.  Every variable is cut into chunks of :data:`CHUNK_ROWS` rows, compressed, with
+HDF5's checksum (:mod:`floquet.chunks` makes them, on every core); the blake2b digest of every chunk is checked whenever
+it is read, that of /integrity when the file is opened, and one more covers the schema and the attributes.  Files appear
+whole or not at all: they are written beside their place, synced, and renamed.
 """
 
 from __future__ import annotations
@@ -22,9 +23,10 @@ import hashlib
 import json
 import math
 import os
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from enum import IntEnum
+from functools import partial
 from pathlib import Path
 from types import TracebackType
 from typing import Any
@@ -33,18 +35,21 @@ import h5py
 import numpy as np
 from numpy.typing import NDArray
 
+from .chunks import LEVEL, Packed, digest, in_order, pack
 from .comparison import Cause, Metric, Rule
-from .errors import DamageError, DatabaseError, StorageError
+from .errors import DamageError, DatabaseError, InputError, StorageError, did_you_mean
 from .exponents import Verdict
 from .period_map import Method
 from .rotor import PARAMETERS, Hub
 from .sweep import INTERVALS, METRIC_COLUMNS, MODES
 
-__all__ = ["CHUNK_ROWS", "LIMITS", "POINTS", "SCHEMA", "TABLES", "Column", "File", "TableWriter", "atomic", "create",
-           "copy_rows", "data_digest", "open_file", "remove_leftovers", "stored_variables", "verify", "write",
-           "write_failure"]  # fmt: skip
+__all__ = ["ALWAYS", "CHUNK_ROWS", "LIMITS", "POINTS", "SCHEMA", "TABLES", "Column", "File", "TableWriter", "atomic",
+           "chosen", "column_name", "copy_rows", "create", "data_digest", "open_file", "remove_leftovers",
+           "stored_variables", "verify", "write", "write_failure"]  # fmt: skip
 
-Rows = Mapping[str, NDArray[Any]]
+Array = NDArray[Any]
+Rows = Mapping[str, Array]
+Jobs = Iterator[tuple[tuple[str, int], Callable[[], Packed]]]  # ((variable, first row), its chunk)
 Skip = Callable[[Mapping[str, float], Mapping[str, float]], bool]
 
 SCHEMA = (1, 0)  # major: older readers cannot read it; minor: columns were added
@@ -136,6 +141,25 @@ LIMITS: dict[str, Column] = {
     "split_edge": _number("advance ratio of the nearest split of a tip-path-plane pair"),
 }
 TABLES: dict[str, dict[str, Column]] = {"points": POINTS, "limits": LIMITS}
+ALWAYS = (*_DESIGN, "advance_ratio", *_PARAMETERS)  # every row says what it is of: plots, merges and readers need it
+EVERY = "*"  # all columns, where columns are named
+
+
+def column_name(name: str) -> str:
+    """A name that may stand among the columns that a study stores."""
+    if name == EVERY or name in POINTS:
+        return name
+    whole = name.rpartition("_")[0]
+    if name in stored_variables(POINTS):
+        raise InputError(f"{name} is a part of {whole}, which is stored as one: name {whole}")
+    near = did_you_mean(name, POINTS) or ", whose columns floquet run stores without this setting"
+    raise InputError(f"{name!r} is no column of the table of points{near}")
+
+
+def chosen(names: Collection[str]) -> tuple[str, ...]:
+    """The columns of points that are stored where these are named: they and those of ALWAYS, in the schema's order."""
+    wanted = {column_name(name) for name in names}
+    return tuple(name for name in POINTS if name in wanted or name in ALWAYS or EVERY in wanted)
 
 
 def stored_variables(columns: Mapping[str, Column]) -> dict[str, Column]:
@@ -208,20 +232,26 @@ def write_failure(error: OSError) -> str:
 
 # ---------------------------------------------------------------------- writing
 def write(path: str | Path, tables: Mapping[str, Rows], attributes: Mapping[str, Any]) -> None:
-    """Write whole tables (dicts of columns) to a new file."""
+    """Write whole tables (dicts of columns) to a new file, of points those columns that are there."""
     lengths = {name: len(next(iter(rows.values()))) for name, rows in tables.items()}
-    with create(path, lengths, attributes) as writers:
+    with create(path, lengths, attributes, columns={name: tuple(rows) for name, rows in tables.items()}) as writers:
         for name, rows in tables.items():
             writers[name].add(rows)
 
 
 @contextlib.contextmanager
 def create(
-    path: str | Path, lengths: Mapping[str, int], attributes: Mapping[str, Any], *, root: str = ""
+    path: str | Path,
+    lengths: Mapping[str, int],
+    attributes: Mapping[str, Any],
+    *,
+    columns: Mapping[str, Collection[str]] | None = None,
+    root: str = "",
 ) -> Iterator[dict[str, TableWriter]]:
     """A new file of tables with so many rows each, to be filled through writers in row order.
 
-    The variables of the table ``root`` stand at the root of the file, not in a group: so other programs expect them.
+    ``columns`` says which columns a table has (left out: all).  The variables of the table ``root`` stand at the root
+    of the file, not in a group: so other programs expect them.
     """
     with atomic(path) as temporary, _Sink(temporary) as sink:
         with h5py.File(sink, "w", libver=("v108", "v108"), track_order=True) as file:
@@ -230,10 +260,11 @@ def create(
             file.attrs["Conventions"] = "CF-1.10"
             file.attrs["schema_version"] = "{}.{}".format(*SCHEMA)
             names = str(attributes.get("rotor_names", "[]"))
-            writers = {
-                table: TableWriter(file, table, rows, names, sink.check, at_root=table == root)
-                for table, rows in lengths.items()
-            }
+            writers = {}
+            for table, rows in lengths.items():
+                group = file if table == root else file.create_group(table, track_order=True)
+                kept = (columns or {}).get(table, TABLES[table])
+                writers[table] = TableWriter(group, table, rows, kept, names, sink.check)
             yield writers
             for writer in writers.values():
                 writer.finish()
@@ -319,92 +350,138 @@ class TableWriter:
 
     def __init__(
         self,
-        file: h5py.File,
+        group: h5py.Group,
         table: str,
         rows: int,
-        rotor_names: str,
+        columns: Collection[str],
+        rotor_names: str = "[]",
         check: Callable[[], None] = lambda: None,
-        *,
-        at_root: bool = False,
     ) -> None:
-        self.check = check
-        self.columns, self.rows, self.table, self.file = TABLES[table], rows, table, file
+        self.group, self.table, self.rows, self.check = group, table, rows, check
+        self.columns = {name: column for name, column in TABLES[table].items() if name in columns}
         self.variables = stored_variables(self.columns)
-        self.at = 0
-        self.waiting: dict[str, list[NDArray[Any]]] = {name: [] for name in self.variables}
-        chunks = max(1, math.ceil(rows / CHUNK_ROWS))
-        self.digests = np.zeros((len(self.variables), chunks, 16), np.uint8)
-        self.ranges = np.full((2, len(self.variables), chunks), np.nan)
-        self.group = file if at_root else file.create_group(table, track_order=True)
-        scale = self._variable("row", "i8", "row number")
-        scale.make_scale("row")
-        for start in range(0, rows, CHUNK_ROWS):
-            scale[start : start + CHUNK_ROWS] = np.arange(start, min(rows, start + CHUNK_ROWS))
+        self.numbers = {name: i for i, name in enumerate(self.variables)}
+        self.at = self.kept = 0  # rows that are written, rows that wait
+        self.waiting: dict[str, list[Array]] = {name: [] for name in self.variables}
+        count = max(1, math.ceil(rows / CHUNK_ROWS))
+        self.digests = np.zeros((2, len(self.variables), count, 16), np.uint8)  # of the numbers, of what is stored
+        self.ranges = np.full((2, len(self.variables), count), np.nan)
+        # a table without rows still has a chunk: h5py wants one of at least a row to compress
+        self.chunk_rows = min(max(rows, 1), CHUNK_ROWS)
+        self.datasets = {"row": self._variable("row", ROW)}
+        self.datasets["row"].make_scale("row")
         for name, column in self.variables.items():
-            dataset = self._variable(name, column.dtype, column.long_name, column.units)
-            dataset.dims[0].attach_scale(scale)
+            dataset = self.datasets[name] = self._variable(name, column)
+            dataset.dims[0].attach_scale(self.datasets["row"])
             flags = dict(enumerate(json.loads(rotor_names))) if name == "rotor" else column.flags
             if flags:
                 dataset.attrs["flag_values"] = np.array(list(flags), dataset.dtype)
                 dataset.attrs["flag_meanings"] = " ".join(_word(w, i) for i, w in flags.items())
 
-    def _variable(self, name: str, dtype: str, long_name: str, units: str = "1") -> h5py.Dataset:
-        # a table without rows still has a chunk: h5py wants one of at least a row to compress
-        chunk = (min(max(self.rows, 1), CHUNK_ROWS),)
+    def _variable(self, name: str, column: Column) -> h5py.Dataset:
         dataset = self.group.create_dataset(
-            name, (self.rows,), f"<{dtype}", chunks=chunk, maxshape=(None,) if not self.rows else None,
-            compression="gzip", compression_opts=1, shuffle=True, fletcher32=True,
+            name, (self.rows,), f"<{column.dtype}", chunks=(self.chunk_rows,), maxshape=None if self.rows else (None,),
+            compression="gzip", compression_opts=LEVEL, shuffle=True, fletcher32=True,
         )  # fmt: skip
-        dataset.attrs["units"], dataset.attrs["long_name"] = units, long_name
+        dataset.attrs["units"], dataset.attrs["long_name"] = column.units, column.long_name
         return dataset
 
     def add(self, rows: Rows) -> None:
-        """Append rows; whole chunks are written, the rest waits for more."""
+        """Append rows; whole chunks are written before this returns, a copy of the rest waits for more."""
         for name, column in self.columns.items():
             value = np.asarray(rows[name])
             parts = {f"{name}_re": value.real, f"{name}_im": value.imag} if column.dtype == "c16" else {name: value}
             for variable, part in parts.items():
-                self.waiting[variable].append(np.ascontiguousarray(part, f"<{self.variables[variable].dtype}"))
-        while sum(map(len, self.waiting["rotor"])) >= CHUNK_ROWS:
-            self._flush(CHUNK_ROWS)
+                self.waiting[variable].append(part)
+        self.kept = sum(map(len, self.waiting["rotor"]))
+        self._flush(self.kept // CHUNK_ROWS * CHUNK_ROWS)
 
     def _flush(self, count: int) -> None:
-        chunk = self.at // CHUNK_ROWS
-        for i, (name, waiting) in enumerate(self.waiting.items()):
-            whole = np.concatenate(waiting)
-            part, rest = whole[:count], whole[count:]
-            self.group[name][self.at : self.at + count] = part
-            self.digests[i, chunk] = np.frombuffer(_digest(part), np.uint8)
-            if np.any(part == part):
-                self.ranges[:, i, chunk] = np.nanmin(part), np.nanmax(part)
-            self.waiting[name] = [rest]
-        self.at += count
-        self.check()
+        """Write the first rows that wait."""
+        self._write(self._chunks(count))
+        rest = {name: _cut(pieces, count, self.kept) for name, pieces in self.waiting.items()}
+        self.waiting = {name: [np.concatenate(pieces)] if pieces else [] for name, pieces in rest.items()}
+        self.at, self.kept = self.at + count, self.kept - count
+
+    def _chunks(self, count: int) -> Jobs:
+        for start in range(0, count, CHUNK_ROWS):
+            stop = min(start + CHUNK_ROWS, count)
+            yield self._numbered(self.at + start, self.at + stop)
+            for name, pieces in self.waiting.items():
+                yield (name, self.at + start), self._packed(name, _cut(pieces, start, stop))
+
+    def _numbered(self, first: int, last: int) -> tuple[tuple[str, int], Callable[[], Packed]]:
+        """A chunk of the scale: the numbers of the rows."""
+        return ("row", first), self._packed("row", [np.arange(first, last)])
+
+    def _packed(self, name: str, pieces: Sequence[Array]) -> Callable[[], Packed]:
+        return partial(pack, pieces, self.datasets[name].dtype.str, self.chunk_rows)
+
+    def takes(self, source: File) -> bool:
+        """Whether the chunks of a file can stand in this table as they are."""
+        rows = source.rows(self.table)
+        whole = not rows % CHUNK_ROWS or self.at + rows == self.rows
+        alike = self.chunk_rows == min(rows, CHUNK_ROWS) and self.columns.keys() <= source.columns(self.table).keys()
+        return whole and alike and not self.kept and source.stored(self.table) is not None
+
+    def take(self, source: File, rotor_offset: int = 0) -> None:
+        """Append a file's rows chunk by chunk, each checked, but not packed again."""
+        self._write(self._taken(source, rotor_offset))
+        self.at += source.rows(self.table)
+
+    def _taken(self, source: File, rotor_offset: int) -> Jobs:
+        last = self.at + source.rows(self.table)
+        for (name, start), job in source.packed(self.table, self.variables):
+            first = self.at + start
+            if name == "rotor":  # the first variable of every chunk
+                yield self._numbered(first, min(first + CHUNK_ROWS, last))
+                if rotor_offset:
+                    numbers = source.variable(self.table, name, start // CHUNK_ROWS) + np.int32(rotor_offset)
+                    job = self._packed(name, [numbers])
+            yield (name, first), job
+
+    def _write(self, jobs: Jobs) -> None:
+        for (name, first), packed in in_order(jobs):
+            self.datasets[name].id.write_direct_chunk((first,), packed.data)
+            if name in self.numbers:
+                i, chunk = self.numbers[name], first // CHUNK_ROWS
+                self.digests[:, i, chunk] = np.frombuffer(packed.digest + packed.stored, np.uint8).reshape(2, 16)
+                self.ranges[:, i, chunk] = packed.low, packed.high
+            self.check()
 
     def finish(self) -> None:
         """Write what waits, and the digests."""
-        left = sum(map(len, self.waiting["rotor"]))
-        if self.at + left != self.rows:
+        if self.at + self.kept != self.rows:
             raise StorageError(
-                self.file.filename, f"{self.at + left} rows came for the table {self.table} of {self.rows}"
+                self.group.file.filename, f"{self.at + self.kept} rows came for the table {self.table} of {self.rows}"
             )
-        if left:
-            self._flush(left)
-        group = self.file.create_group(f"integrity/{self.table}", track_order=True)
+        self._flush(self.kept)
+        group = self.group.file.create_group(f"integrity/{self.table}", track_order=True)
         group.attrs["variables"] = "\n".join(self.variables)
         group.attrs["chunk_rows"] = CHUNK_ROWS
-        group.attrs["digest"] = _integrity_digest(self.variables, self.digests, *self.ranges)
-        for name, data in (("digests", self.digests), ("minima", self.ranges[0]), ("maxima", self.ranges[1])):
+        (digests, stored), (minima, maxima) = self.digests, self.ranges
+        group.attrs["digest"] = _integrity_digest(self.variables, digests, minima, maxima)
+        group.attrs["stored_digest"] = digest(stored).hex()
+        for name, data in (("digests", digests), ("stored", stored), ("minima", minima), ("maxima", maxima)):
             group.create_dataset(name, data=data, chunks=True, fletcher32=True)
+
+
+ROW = Column("i8", "1", "row number")
+
+
+def _cut(pieces: Sequence[Array], start: int, stop: int) -> list[Array]:
+    """Views of the numbers start … stop of some arrays that follow one another."""
+    out, first = [], 0
+    for piece in pieces:
+        part = piece[max(start - first, 0) : max(stop - first, 0)]
+        out += [part] if len(part) else []
+        first += len(piece)
+    return out
 
 
 def _word(text: str, value: int) -> str:
     """A CF flag meaning: one word."""
     return "_".join(text.split()) or f"rotor_{value}"
-
-
-def _digest(part: NDArray[Any]) -> bytes:
-    return hashlib.blake2b(np.ascontiguousarray(part).tobytes(), digest_size=16).digest()
 
 
 def _integrity_digest(
@@ -428,6 +505,18 @@ def _attributes_digest(file: h5py.File) -> str:
 
     file.visititems(visit)
     return hashlib.blake2b(json.dumps(described, default=str).encode(), digest_size=16).hexdigest()
+
+
+#: The filters of every variable but their parameters, as HDF5 numbers them: shuffle, deflate, fletcher32.
+FILTERS = (h5py.h5z.FILTER_SHUFFLE, h5py.h5z.FILTER_DEFLATE, h5py.h5z.FILTER_FLETCHER32)
+
+
+def _filters(dataset: h5py.Dataset) -> tuple[int, ...]:
+    """The filters that chunks go through one after another; none if numbers of another size are shuffled."""
+    made = dataset.id.get_create_plist()
+    found = [made.get_filter(i) for i in range(made.get_nfilters())]
+    shuffled = [values for kind, _, values, _ in found if kind == h5py.h5z.FILTER_SHUFFLE]
+    return tuple(kind for kind, *_ in found) if shuffled == [(dataset.dtype.itemsize,)] else ()
 
 
 HDF5_ATTRIBUTES = ("DIMENSION_LIST", "REFERENCE_LIST", "CLASS", "NAME")  # written by HDF5's dimension scales
@@ -467,6 +556,7 @@ class File:
                 _check_schema(self.path, self.attributes)
                 self.tables = tuple(t for t in TABLES if t in self._file)
                 self.names: tuple[str, ...] = tuple(json.loads(self.attributes.get("rotor_names", "[]")))
+                self._rows = {t: int(self._file[t]["row"].shape[0]) for t in self.tables}
                 self._integrity = {t: self._read_integrity(t) for t in self.tables}
         except BaseException:
             self.close()
@@ -490,11 +580,15 @@ class File:
         known = self._known(table)
         return {n: c for n, c in TABLES[table].items() if n in known or f"{n}_re" in known}
 
+    def left_out(self, table: str) -> frozenset[str]:
+        """Columns, and parts of complex ones, that this table may have and does not."""
+        columns = {n: c for n, c in TABLES[table].items() if n not in self.columns(table)}
+        return frozenset(columns) | frozenset(stored_variables(columns))
+
     def rows(self, table: str) -> int:
         """Number of rows of a table."""
         self._known(table)
-        with _reading(self.path):
-            return int(self._file[table]["row"].shape[0])
+        return self._rows[table]
 
     def _known(self, table: str) -> dict[str, int]:
         if table not in self._integrity:
@@ -514,10 +608,8 @@ class File:
             raise DamageError(self.path, [place]) from error
         if not sound:
             raise DamageError(self.path, [place])
-        chunks = max(1, math.ceil(self._file[table]["row"].shape[0] / CHUNK_ROWS))
-        sizes_agree = (
-            digests.shape == (len(variables), chunks, 16) and minima.shape == maxima.shape == digests.shape[:2]
-        )
+        count = max(1, math.ceil(self._rows[table] / CHUNK_ROWS))
+        sizes_agree = digests.shape == (len(variables), count, 16) and minima.shape == maxima.shape == digests.shape[:2]
         if not sizes_agree or int(group.attrs["chunk_rows"]) != CHUNK_ROWS:
             raise DatabaseError(
                 self.path, f"the table {table} and its digests do not belong together: the file is damaged"
@@ -526,7 +618,7 @@ class File:
 
     def chunks(
         self, table: str, columns: Sequence[str], start: int = 0, stop: int | None = None, skip: Skip | None = None
-    ) -> Iterator[tuple[int, dict[str, NDArray[Any]]]]:
+    ) -> Iterator[tuple[int, dict[str, Array]]]:
         """(first row, columns) of a table chunk by chunk, each checked against its digest.
 
         ``columns`` may be columns (complex ones whole) or stored variables.  ``skip(minima, maxima)`` leaves out a
@@ -544,7 +636,7 @@ class File:
             cut = slice(max(start, first) - first, min(stop, first + CHUNK_ROWS) - first)
             yield max(start, first), {name: self._column(table, name, chunk)[cut] for name in columns}
 
-    def _column(self, table: str, name: str, chunk: int) -> NDArray[Any]:
+    def _column(self, table: str, name: str, chunk: int) -> Array:
         known = self._known(table)
         if name in known:
             return self.variable(table, name, chunk)
@@ -555,18 +647,66 @@ class File:
             return out
         raise DatabaseError(self.path, f"the table {table} has no column {name!r}: it was written without it")
 
-    def variable(self, table: str, name: str, chunk: int) -> NDArray[Any]:
+    def variable(self, table: str, name: str, chunk: int) -> Array:
         """One chunk of one variable, checked."""
         index, digests, _, _ = self._integrity[table]
         first = chunk * CHUNK_ROWS
-        place = f"{table}/{name} rows {first}…{min(first + CHUNK_ROWS, self.rows(table)) - 1}"
         try:
-            part: NDArray[Any] = self._file[table][name][first : first + CHUNK_ROWS]
+            part: Array = self._file[table][name][first : first + CHUNK_ROWS]
         except (OSError, RuntimeError, ValueError, KeyError) as error:
-            raise DamageError(self.path, [place]) from error
-        if _digest(part) != digests[index[name], chunk].tobytes():
-            raise DamageError(self.path, [place])
+            raise DamageError(self.path, [self._place(table, name, chunk)]) from error
+        if digest(part) != digests[index[name], chunk].tobytes():
+            raise DamageError(self.path, [self._place(table, name, chunk)])
         return part
+
+    def _place(self, table: str, name: str, chunk: int) -> str:
+        first = chunk * CHUNK_ROWS
+        return f"{table}/{name} rows {first}…{min(first + CHUNK_ROWS, self.rows(table)) - 1}"
+
+    # -------------------------------------------------- chunks as they are stored
+    def stored(self, table: str) -> NDArray[np.uint8] | None:
+        """Digests of the chunks as they are stored; None if there are none, or other filters than ours made them."""
+        known = self._known(table)
+        try:
+            group = self._file[f"integrity/{table}"]
+            digests = group["stored"][()]
+            sound = _plain(group.attrs["stored_digest"]) == digest(digests).hex() and len(digests) == len(known)
+            chunk = (min(self.rows(table), CHUNK_ROWS),)
+            ours = all(_filters(d) == FILTERS and d.chunks == chunk for d in map(self._file[table].get, known))
+        except (OSError, RuntimeError, ValueError, KeyError, TypeError, AttributeError):
+            return None
+        return digests if sound and ours else None
+
+    def packed(self, table: str, variables: Iterable[str]) -> Iterator[tuple[tuple[str, int], Callable[[], Packed]]]:
+        """((variable, first row), job) of every chunk of some variables; the job checks the chunk as it is stored."""
+        stored = self.stored(table)
+        if stored is None:
+            raise DamageError(self.path, [f"integrity/{table}"])
+        for chunk in range(math.ceil(self.rows(table) / CHUNK_ROWS)):
+            for name in variables:
+                raw = self._raw(table, name, chunk)
+                yield (name, chunk * CHUNK_ROWS), partial(self._checked, table, name, chunk, raw, stored)
+
+    def _raw(self, table: str, name: str, chunk: int) -> bytes:
+        try:
+            left_out, data = self._file[table][name].id.read_direct_chunk((chunk * CHUNK_ROWS,))
+        except (OSError, RuntimeError, ValueError, KeyError) as error:
+            raise DamageError(self.path, [self._place(table, name, chunk)]) from error
+        return b"" if left_out else bytes(data)  # some filter was not applied: no chunk of ours
+
+    def _checked(self, table: str, name: str, chunk: int, raw: bytes, stored: NDArray[np.uint8]) -> Packed:
+        index, digests, minima, maxima = self._integrity[table]
+        at = index[name], chunk
+        if (found := digest(raw)) != stored[at].tobytes():
+            raise DamageError(self.path, [self._place(table, name, chunk)])
+        return Packed(data=raw, stored=found, digest=digests[at].tobytes(), low=minima[at], high=maxima[at])
+
+    def intact(self) -> bool:
+        """Whether every chunk is stored as it was written, which takes a fifth of reading it."""
+        try:
+            return all(True for t in self.tables for _ in in_order(self.packed(t, self._known(t))))
+        except DamageError:
+            return False
 
     def damaged(self) -> Iterator[str]:
         """Every place that does not match its digest, its type or its flags."""
@@ -656,8 +796,14 @@ def data_digest(path: str | Path) -> str:
         return file.data_digest()
 
 
-def copy_rows(source: File, table: str, writer: TableWriter, *, rotor_offset: int = 0) -> None:
-    """Append a file's rows to a table, checking every chunk; rotors are numbered on from ``rotor_offset``."""
-    for _, rows in source.chunks(table, list(TABLES[table])):
+def copy_rows(source: File, writer: TableWriter, *, rotor_offset: int = 0) -> None:
+    """Append a file's rows to a table, checking every chunk; rotors are numbered on from ``rotor_offset``.
+
+    Chunks that stand in the same places in both are taken as they are, others are packed again.
+    """
+    if writer.takes(source):
+        writer.take(source, rotor_offset)
+        return
+    for _, rows in source.chunks(writer.table, list(writer.columns)):
         rows["rotor"] = rows["rotor"] + np.int32(rotor_offset)
         writer.add(rows)

@@ -3,13 +3,14 @@
 A running study is a folder beside its database, ``OUT.h5.parts``::
 
     study.toml          the input, byte for byte
-    study.json          study id, sizes of table and shard
+    study.json          study id, columns, sizes of table and shard
     points-<from>-<to>.h5, limits-<from>-<to>.h5
 
-A shard is a pure function of the plan and its range, written whole or not at all: the listing is the journal, and
-running a shard again changes nothing.  The study id hashes every parameter of the plan and the engine's version.
-When all shards are there they are packed, checked, into the database, and only then removed.  A pool of processes whose
-worker dies is made anew; a shard that ends three workers is given up and reported.
+A shard is a pure function of the plan, the columns and its range, written whole or not at all: the listing is the
+journal, and running a shard again changes nothing.  The study id hashes every parameter of the plan and the engine's
+version.  Shards of many points end where chunks of the database end: rows are computed chunk by chunk, and packing
+copies chunks as they are.  When all shards are there they are packed, checked, into the database, and only then
+removed.  A pool of processes whose worker dies is made anew; a shard that ends three workers is given up and reported.
 """
 
 from __future__ import annotations
@@ -24,9 +25,11 @@ import os
 import shutil
 import threading
 import time
-from collections.abc import Callable, Generator, Iterator, Mapping, Sequence
+import warnings
+from collections.abc import Callable, Generator, Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import BrokenExecutor, Executor, ProcessPoolExecutor, as_completed
 from dataclasses import dataclass, field
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -34,7 +37,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from . import __version__, store
-from .errors import DatabaseError, FailedError, FloquetError, InputError, StorageError
+from .errors import DamageError, DatabaseError, FailedError, FloquetError, FloquetWarning, InputError, StorageError
 from .rotor import Hub
 from .studyfile import Study, load_study
 from .sweep import ENGINE, Plan, limit_rows, point_rows
@@ -46,9 +49,9 @@ Rows = dict[str, NDArray[Any]]
 LIVES = 3  # worker processes that a shard may end before it is given up
 GO_ON = "finished shards are kept: go on with --resume and fewer --workers"
 SHARDS = 32  # a study is cut into about so many, within these sizes:
-POINT_SHARD, LIMIT_SHARD = (250, 65536), (1, 1024)  # rows of points, designs
+POINT_SHARD, LIMIT_SHARD = (4096, 2**20), (1, 1024)  # rows of points, designs; a file takes the time of 4000 rows
 BYTES_A_VALUE = 4.0  # of 8, after compression: measured on the validity study
-TABLE_ROWS: dict[str, Callable[[Plan, int, int], Rows]] = {"points": point_rows, "limits": limit_rows}
+TABLE_ROWS: dict[str, Callable[..., Rows]] = {"points": point_rows, "limits": limit_rows}
 
 
 # ---------------------------------------------------------------------- shards
@@ -78,9 +81,12 @@ class Shard:
 
 def _sizes(plan: Plan) -> dict[str, int]:
     """Shard sizes, fixed for a study."""
-    counts = {"points": plan.points, "limits": plan.designs if plan.tolerances else 0}
-    bounds = {"points": POINT_SHARD, "limits": LIMIT_SHARD}
-    return {t: int(np.clip(math.ceil(n / SHARDS), *bounds[t])) for t, n in counts.items() if n}
+    sizes = {"points": int(np.clip(math.ceil(plan.points / SHARDS), *POINT_SHARD))}
+    if sizes["points"] > store.CHUNK_ROWS:
+        sizes["points"] = math.ceil(sizes["points"] / store.CHUNK_ROWS) * store.CHUNK_ROWS
+    if plan.tolerances:
+        sizes["limits"] = int(np.clip(math.ceil(plan.designs / SHARDS), *LIMIT_SHARD))
+    return sizes
 
 
 def _shards(plan: Plan, sizes: Mapping[str, int]) -> list[Shard]:
@@ -94,23 +100,55 @@ def _shards(plan: Plan, sizes: Mapping[str, int]) -> list[Shard]:
     ]
 
 
-def _make(plan: Plan, shard: Shard, folder: Path, study_id: str) -> str:
+@dataclass(frozen=True)
+class Parts:
+    """The folder of shards of a study, and the columns of points that they have."""
+
+    folder: Path
+    study_id: str
+    columns: tuple[str, ...]
+
+
+def _make(plan: Plan, shard: Shard, parts: Parts) -> str:
     """Compute a shard and write it: what a worker does."""
-    rows = TABLE_ROWS[shard.table](plan, shard.start, shard.stop)
-    about = {"study_id": study_id, "engine_version": ENGINE, "shard": shard.name}
-    store.write(folder / shard.file, {shard.table: rows}, about)
+    out, columns = parts.folder / shard.file, {"points": parts.columns}
+    about = {"study_id": parts.study_id, "engine_version": ENGINE, "shard": shard.name}
+    wanted, blocks = (parts.columns,) if shard.table == "points" else (), _blocks(shard)
+    made = (TABLE_ROWS[shard.table](plan, *block, *wanted) for block in blocks)
+    first = next(made)
+    count = shard.stop - shard.start if shard.table == "points" else len(first["rotor"])
+    with store.create(out, {shard.table: count}, about, columns=columns) as writers:
+        writers[shard.table].add(first)
+        for rows in made:
+            writers[shard.table].add(rows)
     return shard.file
 
 
-def _sound(shard: Shard, folder: Path, study_id: str) -> bool:
-    """Whether a shard is there, whole, of this study and of its range."""
+def _blocks(shard: Shard) -> list[tuple[int, int]]:
+    """Ranges that are computed at a time: of points those of the database's chunks, whatever the shards."""
+    if shard.table == "limits":
+        return [(shard.start, shard.stop)]
+    inner = range((shard.start // store.CHUNK_ROWS + 1) * store.CHUNK_ROWS, shard.stop, store.CHUNK_ROWS)
+    return list(pairwise([shard.start, *inner, shard.stop]))
+
+
+def _ours(shard: Shard, parts: Parts) -> bool:
+    """Whether a shard is there, of this study, of its range, with its columns."""
     try:
-        with store.open_file(folder / shard.file) as file:
-            ours = (file.attributes.get("study_id"), file.attributes.get("shard")) == (study_id, shard.name)
+        with store.open_file(parts.folder / shard.file) as file:
+            ours = (file.attributes.get("study_id"), file.attributes.get("shard")) == (parts.study_id, shard.name)
             complete = file.tables == (shard.table,) and shard.holds(file.rows(shard.table))
-            return ours and complete and not any(True for _ in file.damaged())
+            return ours and complete and (shard.table != "points" or tuple(file.columns("points")) == parts.columns)
     except FloquetError:
         return False
+
+
+def _sound(shard: Shard, parts: Parts) -> bool:
+    """Whether a shard is the right one and whole."""
+    if not _ours(shard, parts):
+        return False
+    with store.open_file(parts.folder / shard.file) as file:
+        return file.intact()
 
 
 # ---------------------------------------------------------------------- running
@@ -147,7 +185,8 @@ def dry_run(study: Study) -> Estimate:
         for r in plan.rotors
     )
     limits = rows * len(plan.tolerances)
-    sizes = {t: len(store.stored_variables(c)) * BYTES_A_VALUE for t, c in store.TABLES.items()}
+    stored = {"points": {name: store.POINTS[name] for name in study.columns}, "limits": store.LIMITS}
+    sizes = {t: len(store.stored_variables(c)) * BYTES_A_VALUE for t, c in stored.items()}
     total = plan.points * sizes["points"] + limits * sizes["limits"]
     return Estimate(
         designs=plan.designs,
@@ -185,12 +224,12 @@ def run(
     progress : callable
         ``progress(done, total)`` in shards.
     """
-    began, out, study_id = time.monotonic(), Path(out), study.id
+    began, out = time.monotonic(), Path(out)
     if workers < 1:
         raise InputError(f"workers = {workers} is no number of processes: give 1 or more")
     folder = parts_of(out)
     if out.exists():
-        rows = _finished(out, study_id, resume)
+        rows = _finished(out, study, resume)
         return RunReport(
             path=out,
             points=rows.get("points", 0),
@@ -203,9 +242,10 @@ def run(
         store.remove_leftovers(folder)
         store.remove_leftovers(out.parent, out.name)
         shards = _shards(study.plan, sizes)
-        kept = {s for s in shards if (folder / s.file).exists() and _sound(s, folder, study_id)}
+        parts = Parts(folder, study.id, study.columns)
+        kept = {s for s in shards if (folder / s.file).exists() and _sound(s, parts)}
         todo = [s for s in shards if s not in kept]
-        failed = _compute(study, todo, folder, workers, executor, _counting(shards, kept, progress))
+        failed = _compute(study.plan, parts, todo, workers, executor, _counting(shards, kept, progress))
         if not failed:
             rows = pack(folder, out)
             shutil.rmtree(folder, ignore_errors=True)
@@ -230,7 +270,7 @@ def run(
     )
 
 
-def _finished(out: Path, study_id: str, resume: bool) -> dict[str, int]:
+def _finished(out: Path, study: Study, resume: bool) -> dict[str, int]:
     """The rows of each table of ``out`` if it is this study, finished; anything else there is refused."""
     if not resume:
         raise InputError(
@@ -238,12 +278,27 @@ def _finished(out: Path, study_id: str, resume: bool) -> dict[str, int]:
             "or give --resume to keep it if it is the same study"
         )
     with store.open_file(out) as file:
-        if file.attributes.get("study_id") != study_id:
+        if file.attributes.get("study_id") != study.id:
             raise InputError(
                 f"{out} holds another study (or one of another version of the engine): "
                 "choose another name or move it away"
             )
+        _same_columns(out, study, file.columns("points"))
         return {t: file.rows(t) for t in file.tables}
+
+
+def _same_columns(place: Path, study: Study, there: Iterable[str]) -> None:
+    """Refuse to go on with a run of this study that stores other columns."""
+    there = set(there)
+    differences = [
+        f"{what} {', '.join(sorted(names))}"
+        for what, names in (("without", set(study.columns) - there), ("with", there - set(study.columns)))
+        if names
+    ]
+    if differences:
+        raise InputError(
+            f"{place} holds this study {' and '.join(differences)}: name the same columns, or choose another output"
+        )
 
 
 @contextlib.contextmanager
@@ -256,6 +311,7 @@ def _locked(folder: Path, study: Study, resume: bool) -> Iterator[dict[str, int]
         {
             "study_id": study.id,
             "sizes": sizes,
+            "columns": list(study.columns),
             "points": study.plan.points,
             "designs": study.plan.designs,
             "names": list(study.plan.names),
@@ -285,6 +341,7 @@ def _locked(folder: Path, study: Study, resume: bool) -> Iterator[dict[str, int]
                 raise InputError(
                     f"{folder} holds an unfinished run of another study: choose another output, or remove the folder"
                 )
+            _same_columns(folder, study, _columns_of(about))
             began = about.get("sizes")
             if not (isinstance(began, dict) and began.keys() == sizes.keys() and all(map(_is_size, began.values()))):
                 raise DatabaseError(folder, DAMAGED_JOURNAL)
@@ -335,16 +392,16 @@ def _counting(shards: Sequence[Shard], kept: set[Shard], progress: Progress | No
 
 
 def _compute(
-    study: Study,
+    plan: Plan,
+    parts: Parts,
     todo: Sequence[Shard],
-    folder: Path,
     workers: int,
     executor: Executor | None,
     count: Callable[[Shard], None],
 ) -> list[tuple[str, str]]:
     """Make the shards; the names of those that failed, with reasons."""
     failed: list[tuple[str, str]] = []
-    with contextlib.closing(_results(study, todo, folder, workers, executor)) as results:
+    with contextlib.closing(_results(plan, parts, todo, workers, executor)) as results:
         for shard, result in results:
             try:
                 result()
@@ -361,20 +418,20 @@ def _compute(
 Results = Generator[tuple[Shard, Callable[[], str]], None, None]
 
 
-def _results(study: Study, todo: Sequence[Shard], folder: Path, workers: int, executor: Executor | None) -> Results:
+def _results(plan: Plan, parts: Parts, todo: Sequence[Shard], workers: int, executor: Executor | None) -> Results:
     """Each shard as it is done (or, in this process, to be done), with what gives its result or raises."""
     if executor is not None:
-        futures = {executor.submit(_make, study.plan, shard, folder, study.id): shard for shard in todo}
+        futures = {executor.submit(_make, plan, shard, parts): shard for shard in todo}
         for future in as_completed(futures):
             yield futures[future], future.result
     elif workers == 1 or len(todo) < 2:
         for shard in todo:
-            yield shard, functools.partial(_make, study.plan, shard, folder, study.id)
+            yield shard, functools.partial(_make, plan, shard, parts)
     else:
-        yield from _pooled(study, todo, folder, workers)
+        yield from _pooled(plan, parts, todo, workers)
 
 
-def _pooled(study: Study, todo: Sequence[Shard], folder: Path, workers: int) -> Results:
+def _pooled(plan: Plan, parts: Parts, todo: Sequence[Shard], workers: int) -> Results:
     """Shards from a pool of processes that is made anew when a worker dies.
 
     Nobody says which shard the dead worker had, but shards are handed out in order: it was one of the first that are
@@ -383,14 +440,14 @@ def _pooled(study: Study, todo: Sequence[Shard], folder: Path, workers: int) -> 
     left, lost = list(todo), 0
     while left:
         with contextlib.suppress(BrokenExecutor), processes(workers) as pool:
-            futures = {pool.submit(_make, study.plan, shard, folder, study.id): shard for shard in left}
+            futures = {pool.submit(_make, plan, shard, parts): shard for shard in left}
             for future in as_completed(futures):
                 if isinstance(error := future.exception(), BrokenExecutor):
                     raise error
                 left.remove(futures[future])
                 yield futures[future], future.result
         for shard in left[: 2 * workers + 1]:
-            result = _alone(study, shard, folder)
+            result = _alone(plan, parts, shard)
             lost += result is None
             if lost > 1 and lost == len(todo) - len(left) + 1:  # and nothing else came of the others
                 raise FailedError(f"every worker process dies at once, perhaps for want of memory; {GO_ON}")
@@ -398,11 +455,11 @@ def _pooled(study: Study, todo: Sequence[Shard], folder: Path, workers: int) -> 
             yield shard, result or _given_up
 
 
-def _alone(study: Study, shard: Shard, folder: Path) -> Callable[[], str] | None:
+def _alone(plan: Plan, parts: Parts, shard: Shard) -> Callable[[], str] | None:
     """A shard from a process of its own; None if it ends every one that it is given."""
     for _ in range(LIVES):
         with contextlib.suppress(BrokenExecutor), processes(1) as pool:
-            future = pool.submit(_make, study.plan, shard, folder, study.id)
+            future = pool.submit(_make, plan, shard, parts)
             if isinstance(error := future.exception(), BrokenExecutor):
                 raise error
             return future.result
@@ -418,7 +475,7 @@ def processes(workers: int) -> Iterator[Executor]:
     """Fresh processes, ended at once by any exception: what they write is there whole or not at all."""
     others = multiprocessing.active_children()
     spawned = multiprocessing.get_context("spawn")
-    with ProcessPoolExecutor(workers, mp_context=spawned, initializer=_end_with_parent) as pool:
+    with ProcessPoolExecutor(workers, mp_context=spawned, initializer=_begin_worker) as pool:
         try:
             yield pool
         except BaseException:
@@ -429,8 +486,9 @@ def processes(workers: int) -> Iterator[Executor]:
             raise
 
 
-def _end_with_parent() -> None:
-    """Let this worker leave when its parent is killed, or it would wait for work forever."""
+def _begin_worker() -> None:
+    """One thread a worker, and none that outlives its parent: it would wait for work forever."""
+    os.environ["FLOQUET_THREADS"] = "1"  # whatever it was: there are workers for the cores
 
     def watch() -> None:
         if (parent := multiprocessing.parent_process()) is not None:
@@ -453,12 +511,11 @@ def pack(folder: str | Path, out: str | Path) -> dict[str, int]:
         )
     about = _journal(folder)
     try:
-        shards = {
-            t: _listed(t, about["designs" if t == "limits" else "points"], size) for t, size in about["sizes"].items()
-        }
-        attributes = _attributes(
-            about["title"], about["study_id"], about["names"], about["options"], _text(folder / "study.toml")
-        )
+        counts = {"points": about["points"], "limits": about["designs"]}
+        shards = {t: _listed(t, counts[t], about["sizes"][t]) for t in store.TABLES if t in about["sizes"]}
+        parts = Parts(folder, about["study_id"], _columns_of(about))
+        text = _text(folder / "study.toml")
+        attributes = _attributes(about["title"], about["study_id"], about["names"], about["options"], text)
     except (ValueError, KeyError, TypeError, AttributeError) as error:
         if isinstance(error, DatabaseError):
             raise
@@ -469,22 +526,33 @@ def pack(folder: str | Path, out: str | Path) -> dict[str, int]:
         raise DatabaseError(
             folder, f"{len(missing)} of {len(everything)} shards are missing: finish the study with --resume"
         )
-    wrong = [s.file for s in everything if not _sound(s, folder, about["study_id"])]
+    _refuse([s for s in everything if not _ours(s, parts)], everything, folder)
+    try:
+        return _joined(shards, parts, out, attributes)
+    except DamageError:
+        _refuse([s for s in everything if not _sound(s, parts)], everything, folder)
+        raise
+
+
+def _refuse(wrong: Sequence[Shard], everything: Sequence[Shard], folder: Path) -> None:
     if wrong:
         raise DatabaseError(
             folder,
-            f"{len(wrong)} of {len(everything)} shards are damaged or of another study or range, the first {wrong[0]}: "
-            "make them again with --resume",
+            f"{len(wrong)} of {len(everything)} shards are damaged or of another study or range, the first "
+            f"{wrong[0].file}: make them again with --resume",
         )
-    with contextlib.ExitStack() as stack:
-        rows = {
-            t: sum(_rows_of(folder / s.file, t) for s in group) for t, group in sorted(shards.items(), reverse=True)
-        }
-        writers = stack.enter_context(store.create(out, rows, attributes))
+
+
+def _joined(
+    shards: Mapping[str, Sequence[Shard]], parts: Parts, out: str | Path, attributes: Mapping[str, Any]
+) -> dict[str, int]:
+    """The database of these shards, each of which is checked chunk by chunk."""
+    rows = {t: sum(_rows_of(parts.folder / s.file, t) for s in group) for t, group in shards.items()}
+    with store.create(out, rows, attributes, columns={"points": parts.columns}) as writers:
         for table, writer in writers.items():
             for shard in shards[table]:
-                with store.open_file(folder / shard.file) as file:
-                    store.copy_rows(file, table, writer)
+                with store.open_file(parts.folder / shard.file) as file:
+                    store.copy_rows(file, writer)
     return rows
 
 
@@ -502,6 +570,14 @@ def _journal(folder: Path) -> dict[str, Any]:
     if not isinstance(about, dict):
         raise DatabaseError(folder, DAMAGED_JOURNAL)
     return about
+
+
+def _columns_of(about: Mapping[str, Any]) -> tuple[str, ...]:
+    """The columns of points that a journal tells; all where it was written before there was a choice."""
+    try:
+        return store.chosen(about.get("columns", [store.EVERY]))
+    except (InputError, TypeError) as error:
+        raise ValueError("these are no columns") from error
 
 
 def _text(path: Path) -> str:
@@ -565,6 +641,7 @@ def merge(paths: Sequence[str | Path], out: str | Path) -> dict[str, int]:
         names = [n for f, c in zip(files, counts, strict=True) for n in (f.names or ("",) * c)]
         present = [t for t in store.TABLES if any(t in f.tables for f in files)]
         rows = {t: sum(f.rows(t) for f in files if t in f.tables) for t in present}
+        columns = {t: _common(files, t) for t in present}
         combined = hashlib.blake2b("".join(seen).encode(), digest_size=16).hexdigest()
         text = "\n".join(f"# {f.path}\n{f.attributes.get('input', '')}" for f in files)
         attributes = _attributes(
@@ -574,14 +651,28 @@ def merge(paths: Sequence[str | Path], out: str | Path) -> dict[str, int]:
             json.loads(first.attributes["options"]),
             text,
         )
-        writers = stack.enter_context(store.create(out, rows, attributes))
+        writers = stack.enter_context(store.create(out, rows, attributes, columns=columns))
         for table, writer in writers.items():
             for offset, file in zip(np.cumsum([0, *counts]), files, strict=False):
                 if table in file.tables:
-                    store.copy_rows(file, table, writer, rotor_offset=int(offset))
+                    store.copy_rows(file, writer, rotor_offset=int(offset))
     return rows
 
 
 def _designs(file: store.File) -> int:
     """How many rotors a database has."""
     return max((int(r["rotor"].max()) + 1 for _, r in file.chunks("points", ["rotor"])), default=0)
+
+
+def _common(files: Sequence[store.File], table: str) -> list[str]:
+    """The columns that a table has in every file; a warning names the others."""
+    there = [file.columns(table) for file in files if table in file.tables]
+    kept = [name for name in store.TABLES[table] if all(name in columns for columns in there)]
+    lost = [name for name in store.TABLES[table] if name not in kept and any(name in columns for columns in there)]
+    if lost:
+        warnings.warn(
+            f"columns that not every database has are left out of the table {table}: {', '.join(lost)}",
+            FloquetWarning,
+            stacklevel=3,
+        )
+    return kept

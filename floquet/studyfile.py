@@ -8,6 +8,7 @@
     [axes]     advance_ratio = {start = 0.0, stop = 1.0, count = 401} or a list of numbers
     [compare]  model = "auto" | "flapping" | "teetering", the options of :mod:`floquet.models.physics`,
                tolerances, absolute_tolerances, mu_max
+    [output]   columns = ["error_regressing", …], of the points
 """
 
 from __future__ import annotations
@@ -15,8 +16,8 @@ from __future__ import annotations
 import contextlib
 import hashlib
 import json
-from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
 from itertools import product
 from pathlib import Path
 from typing import Annotated, Any, Literal
@@ -24,6 +25,7 @@ from typing import Annotated, Any, Literal
 import numpy as np
 from pydantic import AfterValidator, ConfigDict, Discriminator, Field, Tag, create_model
 
+from . import store
 from .comparison import Metric, Model
 from .errors import ConfigError, InputError, Problem, did_you_mean
 from .models import Physics
@@ -141,6 +143,14 @@ class CompareTable(_Table):
     mu_max: Annotated[float, Field(gt=0)] = 1.0
 
 
+class OutputTable(_Table):
+    """``[output]``: the columns of points that are stored beside those that always are; all if it is left out."""
+
+    columns: Annotated[list[Annotated[str, AfterValidator(store.column_name)]], Field(min_length=1)] = Field(
+        default_factory=lambda: [store.EVERY]
+    )
+
+
 class StudyFile(_Table):
     """A study file."""
 
@@ -148,20 +158,26 @@ class StudyFile(_Table):
     rotors: RotorsTable
     axes: AxesTable
     compare: CompareTable = CompareTable()
+    output: OutputTable = OutputTable()
 
 
 @dataclass(frozen=True, kw_only=True)
 class Study:
-    """A study: its name, its input and its plan."""
+    """A study: its name, its input, its plan, and the columns of points that are stored."""
 
     name: str
     title: str
     text: str
     plan: Plan
+    columns: tuple[str, ...] = store.chosen([store.EVERY])
+
+    def storing(self, columns: Sequence[str]) -> Study:
+        """The same study with other columns stored: those named, "*" for all, and those that always are."""
+        return replace(self, columns=store.chosen(columns))
 
     @property
     def id(self) -> str:
-        """Hash of everything that decides a number."""
+        """Hash of everything that decides a number; which of them are stored is another matter."""
         plan, h = self.plan, hashlib.blake2b(digest_size=16)
         options = {"engine": ENGINE, "model": plan.model, "mu_max": plan.mu_max, **plan.physics.as_dict()}
         h.update(json.dumps([options, [[int(m), t] for m, t in plan.tolerances]], sort_keys=True).encode())
@@ -208,6 +224,7 @@ def load_study(path: str | Path) -> Study:
         title=data.study.title or data.study.name,
         text=path.read_text(encoding="utf-8"),
         plan=plan,
+        columns=store.chosen(data.output.columns),
     )
 
 

@@ -500,6 +500,9 @@ class Memory:
             for name, values in self.data[table].items()
         }
 
+    def left_out(self, table: str) -> tuple[str, ...]:
+        return ()
+
     def rows(self, table: str) -> int:
         return len(self.data[table]["rotor"])
 

@@ -78,6 +78,9 @@ class FakeFile:
     def columns(self, table: str) -> dict[str, Column]:
         return {name: column for name, column in self._columns[table].items() if name in self._tables[table]}
 
+    def left_out(self, table: str) -> tuple[str, ...]:
+        return ()
+
     def rows(self, table: str) -> int:
         return len(next(iter(self._tables[table].values())))
 

@@ -119,6 +119,146 @@ def test_equal_data_have_equal_digests(
     assert store.data_digest(other) != store.data_digest(path)
 
 
+# ---------------------------------------------------------------------- columns
+FEW = ("error_regressing", "exponent_1")
+
+
+def _few(rows: dict[str, Any]) -> dict[str, Any]:
+    return {"points": {name: rows["points"][name] for name in store.chosen(FEW)}, "limits": rows["limits"]}
+
+
+def test_a_file_may_have_fewer_columns(tmp_path: Path, rows: dict[str, Any]) -> None:
+    store.write(tmp_path / "few.h5", _few(rows), ATTRIBUTES)
+    with store.open_file(tmp_path / "few.h5") as file:
+        assert set(file.columns("points")) == {*store.ALWAYS, *FEW} and list(file.columns("limits")) == list(
+            store.LIMITS
+        )
+        assert {"lock", "exponent_2", "exponent_2_im"} < file.left_out("points") and not file.left_out("limits")
+        assert not file.left_out("points") & ({*store.ALWAYS, "exponent_1", "exponent_1_re"})
+        [(_, part)] = file.chunks("points", list(FEW))
+        np.testing.assert_array_equal(part["exponent_1"], rows["points"]["exponent_1"])
+        with pytest.raises(DatabaseError, match="no column 'lock': it was written without it"):
+            list(file.chunks("points", ["lock"]))
+    assert store.verify(tmp_path / "few.h5") == ()
+
+
+def test_columns_are_chosen_by_name_with_those_that_always_are() -> None:
+    assert store.chosen(["lock", "exponent_1"]) == (*store.ALWAYS, "exponent_1", "lock")
+    assert store.chosen(["lock", "*"]) == tuple(store.POINTS) and store.chosen([]) == store.ALWAYS
+    assert {"rotor", "advance_ratio", "lock_number", "root_cutout", "blades", "hub", "flap_frequency"} < {*store.ALWAYS}
+    for name, sentence in (
+        ("error_regresing", "did you mean 'error_regressing'"),
+        ("exponent_1_re", "is a part of exponent_1, which is stored as one: name exponent_1"),
+        ("zzz", "'zzz' is no column of the table of points"),
+    ):
+        with pytest.raises(InputError, match=sentence):
+            store.chosen([name])
+
+
+# ---------------------------------------------------------------------- chunks
+@pytest.mark.parametrize("threads", ["1", "2", "5"])
+@pytest.mark.parametrize("piece", [1, 7, 16, 41, 42])
+def test_the_bytes_of_a_file_depend_on_its_rows_alone(
+    path: Path, tmp_path: Path, rows: dict[str, Any], monkeypatch: pytest.MonkeyPatch, threads: str, piece: int
+) -> None:
+    """Not on the number of threads, nor on how the rows come; and they may be changed as soon as they were given."""
+    monkeypatch.setenv("FLOQUET_THREADS", threads)
+    with store.create(tmp_path / "b.h5", {t: len(r["rotor"]) for t, r in rows.items()}, ATTRIBUTES) as writers:
+        for table, columns in rows.items():
+            for start in range(0, len(columns["rotor"]), piece):
+                part = {name: value[start : start + piece].copy() for name, value in columns.items()}
+                writers[table].add(part)
+                for value in part.values():
+                    value[:] = 0
+    assert (tmp_path / "b.h5").read_bytes() == path.read_bytes()
+
+
+def _parts(rows: dict[str, Any], ends: list[int], folder: Path) -> list[Path]:
+    """Files of the points between some ends."""
+    files = [folder / f"{start}.h5" for start in ends[:-1]]
+    for file, start, stop in zip(files, ends, ends[1:], strict=False):
+        store.write(file, {"points": {n: v[start:stop] for n, v in rows["points"].items()}}, ATTRIBUTES)
+    return files
+
+
+def _copied(files: list[Path], out: Path, rotor_offset: int = 0) -> None:
+    with store.create(out, {"points": 42}, ATTRIBUTES) as writers:
+        for file in files:
+            with store.open_file(file) as source:
+                store.copy_rows(source, writers["points"], rotor_offset=rotor_offset)
+
+
+@pytest.mark.usefixtures("path")
+@pytest.mark.parametrize(("ends", "packed"), [
+    ([0, 42], 3), ([0, 32, 42], 3 + 80), ([0, 16, 32, 42], 3 + 80),  # the scale of three chunks; the last ten rows
+    ([0, 20, 42], 3 * 81), ([0, 32, 40, 42], 3 + 80),
+])  # fmt: skip
+def test_chunks_that_stand_in_the_same_places_are_copied_as_they_are(
+    tmp_path: Path, rows: dict[str, Any], monkeypatch: pytest.MonkeyPatch, ends: list[int], packed: int
+) -> None:
+    """The file has the bytes of one written at once; a last part of less than a chunk is packed again."""
+    store.write(tmp_path / "whole.h5", {"points": rows["points"]}, ATTRIBUTES)
+    files, made, real = _parts(rows, ends, tmp_path), [], store.pack
+    monkeypatch.setattr(store, "pack", lambda *given: (made.append(given), real(*given))[1])
+    _copied(files, tmp_path / "copy.h5")
+    assert len(made) == packed
+    assert (tmp_path / "copy.h5").read_bytes() == (tmp_path / "whole.h5").read_bytes()
+
+
+@pytest.mark.usefixtures("path")
+def test_copied_rotors_are_numbered_on(tmp_path: Path, rows: dict[str, Any]) -> None:
+    renumbered = rows["points"] | {"rotor": rows["points"]["rotor"] + np.int32(7)}
+    store.write(tmp_path / "whole.h5", {"points": renumbered}, ATTRIBUTES)
+    _copied(_parts(rows, [0, 32, 42], tmp_path), tmp_path / "copy.h5", rotor_offset=7)
+    assert (tmp_path / "copy.h5").read_bytes() == (tmp_path / "whole.h5").read_bytes()
+
+
+@pytest.mark.usefixtures("path")
+def test_a_file_without_digests_of_what_is_stored_is_packed_again(tmp_path: Path, rows: dict[str, Any]) -> None:
+    store.write(tmp_path / "whole.h5", {"points": rows["points"]}, ATTRIBUTES)
+    files = _parts(rows, [0, 32, 42], tmp_path)
+    with h5py.File(files[0], "r+") as file:
+        del file["integrity/points/stored"]
+    with store.open_file(files[0]) as file:
+        assert not file.intact()
+    _copied(files, tmp_path / "copy.h5")
+    assert (tmp_path / "copy.h5").read_bytes() == (tmp_path / "whole.h5").read_bytes()
+
+
+@pytest.mark.usefixtures("path")
+@pytest.mark.parametrize("change", ["a number", "a byte", "another chunk", "a filter left out"])
+def test_a_changed_chunk_is_not_copied(tmp_path: Path, rows: dict[str, Any], change: str) -> None:
+    [file] = _parts(rows, [0, 42], tmp_path)
+    with h5py.File(file, "r+") as changed:
+        data = changed["points/lock_number"]
+        mask, raw = data.id.read_direct_chunk((16,))
+        if change == "a number":
+            data[20] += 1e-12
+        elif change == "a byte":
+            data.id.write_direct_chunk((16,), bytes([*raw[:-1], raw[-1] ^ 1]))
+        elif change == "another chunk":
+            data.id.write_direct_chunk((16,), data.id.read_direct_chunk((0,))[1])
+        else:
+            data.id.write_direct_chunk((16,), raw + b"\0")  # HDF5 looks at the mask where the size changes
+            data.id.write_direct_chunk((16,), raw, filter_mask=mask | 2)
+    with store.open_file(file) as source:
+        assert not source.intact()
+    with pytest.raises(DamageError, match=r"points/lock_number rows 16…31"):
+        _copied([file], tmp_path / "copy.h5")
+    assert not (tmp_path / "copy.h5").exists()
+
+
+def test_filters_of_others_are_not_taken_for_ours(path: Path) -> None:
+    """A file that another program has filtered anew: its numbers are sound, its chunks are not copied."""
+    with h5py.File(path, "r+") as file:
+        group, numbers = file["points"], file["points/lock"][()]
+        del group["lock"]
+        group.create_dataset("lock", data=numbers, chunks=(16,), compression="gzip")
+    with store.open_file(path) as file:
+        assert file.stored("points") is None and file.stored("limits") is not None
+        list(file.chunks("points", ["lock"]))
+
+
 # ---------------------------------------------------------------------- damage
 def test_one_changed_number_is_noticed_and_named(path: Path) -> None:
     """Changed through HDF5 itself, so that its own checksum is content."""
@@ -242,16 +382,18 @@ def test_leftovers_of_killed_writers_go_and_nothing_else(tmp_path: Path) -> None
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="file size limits are POSIX")
-@pytest.mark.parametrize("kilobytes", [1, 20, 60])
-def test_a_full_disk_is_one_sentence(tmp_path: Path, kilobytes: int) -> None:
-    """A child that may write so many kilobytes: HDF5 fails in the middle or at its close."""
+@pytest.mark.parametrize("kilobytes", [1, 20, 60, 150, 250])
+@pytest.mark.parametrize("threads", [1, 3])
+def test_a_full_disk_is_one_sentence(tmp_path: Path, kilobytes: int, threads: int) -> None:
+    """A child that may write so many kilobytes: HDF5 fails in the middle, while others are packed, or at its close."""
     program = f"""
-import resource, sys
+import os, resource, sys
 import numpy as np
 from floquet import store
 from floquet.errors import StorageError
 from floquet.rotor import Rotor
 from floquet.sweep import sweep
+os.environ["FLOQUET_THREADS"], store.CHUNK_ROWS = "{threads}", 100
 rows = sweep(Rotor(lock_number=np.linspace(4, 9, 40)), np.linspace(0, 1, 30))
 resource.setrlimit(resource.RLIMIT_FSIZE, ({kilobytes * 1024}, {kilobytes * 1024}))
 try:

@@ -224,10 +224,10 @@ def test_resume_keeps_sound_shards_and_makes_damaged_ones_again(
     one, out, made = study.load_study(file), tmp_path / "out.h5", []
     real = study.TABLE_ROWS["points"]
 
-    def interrupted(plan: Any, start: int, stop: int) -> Any:
+    def interrupted(plan: Any, start: int, stop: int, *columns: Any) -> Any:
         if start == 400:
             raise KeyboardInterrupt
-        return real(plan, start, stop)
+        return real(plan, start, stop, *columns)
 
     monkeypatch.setitem(study.TABLE_ROWS, "points", interrupted)
     with pytest.raises(KeyboardInterrupt):
@@ -243,9 +243,9 @@ def test_resume_keeps_sound_shards_and_makes_damaged_ones_again(
     with h5py.File(folder / shards[3], "r+") as changed:  # HDF5 is content with it, the digest is not
         changed["points/lock_number"][0] += 1.0
 
-    def counted(plan: Any, start: int, stop: int) -> Any:
+    def counted(plan: Any, start: int, stop: int, *columns: Any) -> Any:
         made.append(start)
-        return real(plan, start, stop)
+        return real(plan, start, stop, *columns)
 
     monkeypatch.setitem(study.TABLE_ROWS, "points", counted)
     report = study.run(one, out, resume=True)
@@ -295,10 +295,10 @@ def test_two_runs_of_one_study_do_not_meet(file: Path, tmp_path: Path) -> None:
 def test_a_failed_shard_does_not_stop_the_others(file: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     real = study.TABLE_ROWS["points"]
 
-    def failing(plan: Any, start: int, stop: int) -> Any:
+    def failing(plan: Any, start: int, stop: int, *columns: Any) -> Any:
         if start == 200:
             raise InputError("this point cannot be")
-        return real(plan, start, stop)
+        return real(plan, start, stop, *columns)
 
     monkeypatch.setitem(study.TABLE_ROWS, "points", failing)
     report = study.run(study.load_study(file), tmp_path / "out.h5")
@@ -315,10 +315,10 @@ def test_a_numerical_failure_is_a_failed_shard(
 ) -> None:
     real = study.TABLE_ROWS["points"]
 
-    def failing(plan: Any, start: int, stop: int) -> Any:
+    def failing(plan: Any, start: int, stop: int, *columns: Any) -> Any:
         if start == 200:
             raise error
-        return real(plan, start, stop)
+        return real(plan, start, stop, *columns)
 
     monkeypatch.setitem(study.TABLE_ROWS, "points", failing)
     report = study.run(study.load_study(file), tmp_path / "out.h5")
@@ -464,11 +464,11 @@ def test_sizes_of_shards_that_cannot_be_are_one_sentence(tiny: Path, tmp_path: P
         study.run(study.load_study(tiny), tmp_path / "out.h5", resume=True)
 
 
-def _deadly(plan: Any, shard: study.Shard, folder: Path, study_id: str) -> str:
+def _deadly(plan: Any, shard: study.Shard, parts: study.Parts) -> str:
     """What a worker does, but some shards end it."""
     if shard.name.startswith(os.environ["DEADLY"]):
         os._exit(9)
-    return study._make(plan, shard, folder, study_id)
+    return study._make(plan, shard, parts)
 
 
 @pytest.mark.usefixtures("quick")

@@ -11,10 +11,12 @@ import numpy as np
 from ..errors import ParameterError
 from ..kernels import POINTS, cores, keep_memory
 from ..period_map import Method, PeriodMap, period_map
+from ..period_map.tensor import TensorGrid
 from ..periodic import PeriodicSystem
 from ..verdict import Reason, Verdict
 from .evidence import certified, checked
 from .factors import of_constant, of_factors
+from .grid import of_grid
 from .hill import of_hill
 from .identical import of_identical
 from .result import PER_CASE, PER_STATE, Stability
@@ -29,6 +31,7 @@ def stability(
     *,
     panels: int | None = None,
     symmetry: bool = True,
+    map: bool = False,
     check: bool = False,
     certify: bool = False,
 ) -> Stability:
@@ -42,6 +45,10 @@ def stability(
         Fixes the resolution, for convergence studies.
     symmetry : bool
         Identical blades: take the exponents of one blade, shifted by whole numbers; False integrates all coordinates.
+    map : bool
+        A scalar equation (one blade, a teetering rotor, Mathieu) over a tensor grid of parameters: solve it at nodes
+        and take polynomials between them, twenty times as fast with bounds some five times as wide; what no nodes can
+        carry is solved as without.  See :mod:`floquet.period_map.chebyshev`.
     check : bool
         Compute the exponents a second time by Koopman–Hill projection, which shares no mechanism with the period map;
         a :class:`~floquet.errors.FailedError` if the two disagree beyond their bounds.
@@ -52,17 +59,21 @@ def stability(
         raise ParameterError(
             "system", system, f"{type(system).__name__} is no system: make one with flapping(rotor, advance_ratio)"
         )
-    found = _computed(system, panels, symmetry)
+    if map and panels is not None:
+        raise ParameterError("panels", panels, "a map chooses the panels of its nodes: give either map or panels")
+    found = _computed(system, panels, symmetry, map)
     if check:
         found = checked(found, system)
     return certified(found, system) if certify else found
 
 
-def _computed(system: PeriodicSystem, panels: int | None, symmetry: bool) -> Stability:
+def _computed(system: PeriodicSystem, panels: int | None, symmetry: bool, map: bool) -> Stability:
     if system.constant:
         return of_constant(system)
     if system.blade is not None and symmetry:
-        return of_identical(_computed(system.blade, panels, symmetry), system.degrees, system.period)
+        return of_identical(_computed(system.blade, panels, symmetry, map), system.degrees, system.period)
+    if map and (grid := TensorGrid.of(system)) is not None:
+        return of_grid(grid)
     if system.second_order and (cases := math.prod(system.cases)) >= POINTS:
         keep_memory()
         if cases > CHUNK:
@@ -72,7 +83,7 @@ def _computed(system: PeriodicSystem, panels: int | None, symmetry: bool) -> Sta
 
 def exponents(phi: PeriodMap) -> Stability:
     """Exponents, bounds and verdict of a period map."""
-    return of_hill(phi) if phi.method == Method.HILL else of_factors(phi)
+    return of_hill(phi) if phi.method in (Method.HILL, Method.MAP) else of_factors(phi)
 
 
 def _in_chunks(system: PeriodicSystem, panels: int | None) -> Stability:

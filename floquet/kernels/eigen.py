@@ -1,14 +1,11 @@
-"""Eigenvalues of many small real matrices and their condition numbers, sixteen matrices at a time.
+"""Eigenvalues and eigenvectors of real matrices, sixteen at a time.
 
-Householder reflections make a matrix Hessenberg, QR steps with two shifts (J. G. F. Francis) make it triangular but for
-2×2 blocks, each a pair of eigenvalues, and rotations make these triangular over the complex numbers.  Of that triangle T
-the vectors x_i and y_i with T x_i = λ_i x_i and y_i T = λ_i y_i follow by substitution; with the i-th entry of both 1
-the condition number of λ_i is::
+Householder reflections make a matrix B Hessenberg, QR steps with two shifts (J. G. F. Francis) triangular but for
+2×2 blocks, each a pair of eigenvalues, and rotations of these make it triangular over the complex numbers,
+T = (Q R)ᴴ B Q R.  Vectors with T x = λ x and y T = λ y follow by substitution; those of B are Q R x and y (Q R)ᴴ.
 
-    κ_i = |x_i| |y_i|,    an error δ of the matrix moves λ_i by κ_i |δ| to first order
-
-Every lane works at a block of its own, rows ``low`` … ``high``; steps outside it are reflections with nothing in them,
-so that nothing done to a lane depends on another one.
+Vectors of a conjugate pair stand in two columns, real and imaginary part.  Every lane works at a block of its own, rows
+``low`` … ``high``; steps outside it are reflections with nothing in them, so that no lane depends on another one.
 """
 
 from __future__ import annotations
@@ -17,21 +14,20 @@ import math
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from .compiler import inlined, kernel
-from .lanes import WIDTH, any_lane, as_lanes, scratch, spread, where
+from .compiler import inlined
+from .factors import multiplied
+from .lanes import any_lane, spread, where
 
-__all__ = ["eigenvalues"]
+__all__ = ["hessenberg", "lengths", "pairs", "rotate", "row_lengths", "triangle", "vectors"]
 
-Array = NDArray[np.float64]
 EPS = float(np.finfo(float).eps)
 STEPS = 30  # QR steps an eigenvalue before a matrix is given up, as in EISPACK; two or three are usual
 UNUSUAL = 10  # after so many steps without success, and twice as many, the shifts are others
 
 
-def _hessenberg(H: Any, n: int, v: Any) -> None:
-    """H becomes Hessenberg by reflections from both sides."""
+def _hessenberg(H: Any, Q: Any, n: int, v: Any) -> None:
+    """H becomes Hessenberg by reflections from both sides, Q their product."""
     for k in range(n - 2):
         square = spread(0.0)
         for i in range(k + 1, n):
@@ -53,12 +49,15 @@ def _hessenberg(H: Any, n: int, v: Any) -> None:
             for i in range(k + 1, n):
                 H[i, j] -= total * v[i]
         for i in range(n):
-            total = spread(0.0)
+            total, other = spread(0.0), spread(0.0)
             for j in range(k + 1, n):
                 total += v[j] * H[i, j]
+                other += v[j] * Q[i, j]
             total *= weight
+            other *= weight
             for j in range(k + 1, n):
                 H[i, j] -= total * v[j]
+                Q[i, j] -= other * v[j]
 
 
 def _cut(H: Any, n: int, floor: Any) -> None:
@@ -69,7 +68,7 @@ def _cut(H: Any, n: int, floor: Any) -> None:
 
 
 def _lowest(H: Any, n: int, state: Any) -> None:
-    """state[0], state[1]: first and last row of the lowest block above 2×2; the last is not positive if there is none."""
+    """state[0], state[1]: first and last row of the lowest block above 2×2; if there is none, the last is 0 or less."""
     low, high = spread(0.0), spread(n - 1.0)
     for k in range(n - 1, 0, -1):
         single, pair = H[k, k - 1] == 0.0, (H[k - 1, k - 2] if k > 1 else spread(0.0)) == 0.0
@@ -80,7 +79,7 @@ def _lowest(H: Any, n: int, state: Any) -> None:
 
 
 def _shifts(H: Any, n: int, state: Any) -> None:
-    """state[2], state[3]: sum and product of the shifts, the eigenvalues of the block's last 2×2; state[4]: its steps."""
+    """state[2], state[3]: sum and product of the shifts, eigenvalues of the block's last 2×2; state[4]: steps made."""
     high, steps = state[1], state[4]
     a, b, c, d, e = spread(0.0), spread(0.0), spread(0.0), spread(0.0), spread(0.0)
     for k in range(2, n):
@@ -92,8 +91,8 @@ def _shifts(H: Any, n: int, state: Any) -> None:
     state[3] = where(unusual, size * size, a * d - b * c)
 
 
-def _step(H: Any, n: int, state: Any) -> None:
-    """One QR step with both shifts on every lane's block.  H has a row and a column of zeros more than n."""
+def _step(H: Any, Q: Any, n: int, state: Any) -> None:
+    """One QR step with both shifts on every lane's block; H has a row and a column of zeros beyond n, Q a column."""
     low, high, total, product = state[0], state[1], state[2], state[3]
     for k in range(n - 1):
         active = (low <= k) & (high > k)
@@ -124,9 +123,14 @@ def _step(H: Any, n: int, state: Any) -> None:
                 H[i, k] -= t
                 H[i, k + 1] -= q * t
                 H[i, k + 2] -= r * t
+            for i in range(n):
+                t = weight * (Q[i, k] + q * Q[i, k + 1] + r * Q[i, k + 2])
+                Q[i, k] -= t
+                Q[i, k + 1] -= q * t
+                Q[i, k + 2] -= r * t
 
 
-def _triangle(H: Any, n: int, state: Any, floor: Any) -> Any:
+def _triangle(H: Any, Q: Any, n: int, state: Any, floor: Any) -> Any:
     """H becomes triangular but for 2×2 blocks; the lanes in which it does not are returned."""
     state[1], state[4] = spread(n * 1.0), spread(0.0)
     for _ in range(STEPS * n):
@@ -137,7 +141,7 @@ def _triangle(H: Any, n: int, state: Any, floor: Any) -> Any:
             break
         state[4] = where(state[1] == before, state[4] + 1.0, 1.0)
         shifts(H, n, state)
-        step(H, n, state)
+        step(H, Q, n, state)
     return state[1] > 0.0
 
 
@@ -159,14 +163,18 @@ def _pairs(H: Any, n: int, re: Any, im: Any) -> None:
         im[k] = where(pair, where(real, 0.0, -1.0 * root), im[k])
 
 
-def _rotate(T: Any, U: Any, n: int, re: Any, im: Any) -> None:
-    """T + iU becomes triangular: the first vector of a block's basis is the eigenvector (λ - d, c) of [a b; c d]."""
+def _rotate(T: Any, U: Any, n: int, re: Any, im: Any, turn: Any) -> None:
+    """T + iU becomes triangular: the first vector of a block's basis is the eigenvector (λ - d, c) of [a b; c d].
+
+    turn[0, k] + i turn[1, k] and turn[2, k] are its entries for the block of rows k-1, k; 1 and 0 where there is none.
+    """
     for k in range(1, n):
         pair = T[k, k - 1] != 0.0
+        x, y, s = re[k - 1] - T[k, k], im[k - 1], T[k, k - 1]
+        size = math.sqrt(x * x + y * y + s * s)
+        x, y, s = where(pair, x / size, 1.0), where(pair, y / size, 0.0), where(pair, s / size, 0.0)
+        turn[0, k], turn[1, k], turn[2, k] = x, y, s
         if any_lane(pair):
-            x, y, s = re[k - 1] - T[k, k], im[k - 1], T[k, k - 1]
-            size = math.sqrt(x * x + y * y + s * s)
-            x, y, s = where(pair, x / size, 1.0), where(pair, y / size, 0.0), where(pair, s / size, 0.0)
             for j in range(k - 1, n):
                 a, b, c, d = T[k - 1, j], U[k - 1, j], T[k, j], U[k, j]
                 T[k - 1, j], U[k - 1, j] = x * a + y * b + s * c, x * b - y * a + s * d
@@ -186,71 +194,106 @@ def _quotient(a: Any, b: Any, c: Any, d: Any, floor: Any) -> Any:
     return -1.0 * (a * c + b * d) / square, (a * d - b * c) / square
 
 
-def _conditions(T: Any, U: Any, n: int, re: Any, im: Any, floor: Any, x: Any, y: Any, out: Any) -> None:
-    """κ of every eigenvalue of the triangle T + iU; x and y are room for a vector, real and imaginary parts."""
+def _right(T: Any, U: Any, n: int, i: int, re: Any, im: Any, floor: Any, turn: Any, x: Any, y: Any) -> None:
+    """x + iy with (T + iU) x = λ_i x, turned back from the bases of the blocks."""
+    for j in range(i + 1, n):
+        x[j], y[j] = spread(0.0), spread(0.0)
+    x[i], y[i] = spread(1.0), spread(0.0)
+    for j in range(i - 1, -1, -1):
+        a, b = T[j, i], U[j, i]
+        for m in range(j + 1, i):
+            a += T[j, m] * x[m] - U[j, m] * y[m]
+            b += T[j, m] * y[m] + U[j, m] * x[m]
+        x[j], y[j] = quotient(a, b, re[j] - re[i], im[j] - im[i], floor)
+    for k in range(1, n):
+        a, b, c, d, p, q, s = x[k - 1], y[k - 1], x[k], y[k], turn[0, k], turn[1, k], turn[2, k]
+        x[k - 1], y[k - 1] = p * a - q * b - s * c, p * b + q * a - s * d
+        x[k], y[k] = p * c + q * d + s * a, p * d - q * c + s * b
+
+
+def _left(T: Any, U: Any, n: int, i: int, re: Any, im: Any, floor: Any, turn: Any, x: Any, y: Any) -> None:
+    """x + iy with x (T + iU) = λ_i x, turned back from the bases of the blocks."""
+    for j in range(i):
+        x[j], y[j] = spread(0.0), spread(0.0)
+    x[i], y[i] = spread(1.0), spread(0.0)
+    for j in range(i + 1, n):
+        a, b = T[i, j], U[i, j]
+        for m in range(i + 1, j):
+            a += T[m, j] * x[m] - U[m, j] * y[m]
+            b += T[m, j] * y[m] + U[m, j] * x[m]
+        x[j], y[j] = quotient(a, b, re[j] - re[i], im[j] - im[i], floor)
+    for k in range(1, n):
+        a, b, c, d, p, q, s = x[k - 1], y[k - 1], x[k], y[k], turn[0, k], turn[1, k], turn[2, k]
+        x[k - 1], y[k - 1] = p * a + q * b - s * c, p * b - q * a - s * d
+        x[k], y[k] = p * c - q * d + s * a, p * d + q * c + s * b
+
+
+def _vectors(T: Any, U: Any, Q: Any, n: int, re: Any, im: Any, floor: Any, room: Any, X: Any, Y: Any) -> None:
+    """Columns of X, of length 1, and rows of Y, y_i x_i = 1: eigenvectors of Q (T + iU) Qᵀ."""
+    turn, x, y, size, work = room
     for i in range(n):
-        right = left = spread(1.0)
-        x[i], y[i] = spread(1.0), spread(0.0)
-        for j in range(i - 1, -1, -1):
-            a, b = T[j, i], U[j, i]
-            for m in range(j + 1, i):
-                a += T[j, m] * x[m] - U[j, m] * y[m]
-                b += T[j, m] * y[m] + U[j, m] * x[m]
-            x[j], y[j] = quotient(a, b, re[j] - re[i], im[j] - im[i], floor)
-            right += x[j] * x[j] + y[j] * y[j]
-        for j in range(i + 1, n):
-            a, b = T[i, j], U[i, j]
-            for m in range(i + 1, j):
-                a += T[m, j] * x[m] - U[m, j] * y[m]
-                b += T[m, j] * y[m] + U[m, j] * x[m]
-            x[j], y[j] = quotient(a, b, re[j] - re[i], im[j] - im[i], floor)
-            left += x[j] * x[j] + y[j] * y[j]
-        out[i] = math.sqrt(right) * math.sqrt(left)
-        if i > 0:
-            out[i] = where(im[i] < 0.0, out[i - 1], out[i])
+        right(T, U, n, i, re, im, floor, turn, x, y)
+        for j in range(n):
+            work[j, i] = where(im[i] < 0.0, work[j, i], x[j]) if i > 0 else x[j]
+            if i < n - 1:
+                work[j, i + 1] = y[j]
+    multiplied(Q, work, n, X)
+    for i in range(n):
+        left(T, U, n, i, re, im, floor, turn, x, y)
+        for j in range(n):
+            work[j, i] = where(im[i] < 0.0, work[j, i], x[j]) if i > 0 else x[j]
+            if i < n - 1:
+                work[j, i + 1] = y[j]
+    multiplied(Q, work, n, T)
+    lengths(X, n, im, size)
+    for i in range(n):
+        for j in range(n):
+            Y[i, j] = T[j, i] * size[i]
+            X[j, i] /= size[i]
 
 
-hessenberg, cut, lowest, shifts, step = map(inlined, (_hessenberg, _cut, _lowest, _shifts, _step))
-triangle, pairs, rotate, quotient = map(inlined, (_triangle, _pairs, _rotate, _quotient))
-conditions = inlined(_conditions)
+def _lengths(X: Any, n: int, im: Any, out: Any) -> None:
+    """Lengths of the vectors in the columns of X, both columns of a pair together."""
+    for i in range(n):
+        total = spread(0.0)
+        for j in range(n):
+            total += X[j, i] * X[j, i]
+        out[i] = total
+    together(n, im, out)
 
 
-def _eigenvalues(matrices: Array, values: Array, condition: Array) -> None:
-    """Eigenvalues and condition numbers of blocks of sixteen matrices.
-
-    Parameters
-    ----------
-    matrices : (blocks, n, n, 16)
-    values : (blocks, 2, n, 16)
-        What is written: real and imaginary parts, conjugate pairs side by side, the one with Im > 0 first; nan where a
-        matrix is not finite or was given up.
-    condition : (blocks, n, 16)
-        κ, written as well.
-    """
-    M, V, C = as_lanes(matrices), as_lanes(values), as_lanes(condition)
-    n = M.shape[1]
-    H = as_lanes(scratch((n + 1) * (n + 1)).reshape(n + 1, n + 1, WIDTH))
-    U = as_lanes(scratch(n * n).reshape(n, n, WIDTH))
-    x, y, state = as_lanes(scratch(n)), as_lanes(scratch(n)), as_lanes(scratch(5))
-    for b in range(len(matrices)):
-        square = spread(0.0)
-        for i in range(n):
-            for j in range(n):
-                square += M[b, i, j] * M[b, i, j]
-        finite = square - square == 0.0
-        size = where(finite, math.sqrt(square), 0.0)
-        for i in range(n + 1):
-            H[i, n], H[n, i] = spread(0.0), spread(0.0)
-        for i in range(n):
-            for j in range(n):
-                H[i, j], U[i, j] = where(finite, M[b, i, j], 0.0), spread(0.0)
-        hessenberg(H, n, x)
-        failed = triangle(H, n, state, EPS * size)
-        pairs(H, n, V[b, 0], V[b, 1])
-        rotate(H, U, n, V[b, 0], V[b, 1])
-        conditions(H, U, n, V[b, 0], V[b, 1], EPS * size, x, y, C[b])
-        for i in range(n):
-            V[b, 0, i] = where(finite & ~failed, V[b, 0, i], math.nan)
+def _row_lengths(Y: Any, n: int, im: Any, out: Any) -> None:
+    """Lengths of the vectors in the rows of Y."""
+    for i in range(n):
+        total = spread(0.0)
+        for j in range(n):
+            total += Y[i, j] * Y[i, j]
+        out[i] = total
+    together(n, im, out)
 
 
-eigenvalues = kernel(_eigenvalues)
+def _together(n: int, im: Any, out: Any) -> None:
+    """Lengths from squares, those of a pair added."""
+    for i in range(n - 1):
+        both = out[i] + out[i + 1]
+        pair = im[i] > 0.0
+        out[i], out[i + 1] = where(pair, both, out[i]), where(pair, both, out[i + 1])
+    for i in range(n):
+        out[i] = math.sqrt(out[i])
+
+
+hessenberg: Any = inlined(_hessenberg)
+cut: Any = inlined(_cut)
+lowest: Any = inlined(_lowest)
+shifts: Any = inlined(_shifts)
+step: Any = inlined(_step)
+triangle: Any = inlined(_triangle)
+pairs: Any = inlined(_pairs)
+rotate: Any = inlined(_rotate)
+quotient: Any = inlined(_quotient)
+right: Any = inlined(_right)
+left: Any = inlined(_left)
+vectors: Any = inlined(_vectors)
+lengths: Any = inlined(_lengths)
+row_lengths: Any = inlined(_row_lengths)
+together: Any = inlined(_together)

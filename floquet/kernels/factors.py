@@ -1,22 +1,23 @@
-"""Maps of many linear systems over their panels by Taylor series about the panels' centres, sixteen cases at a time.
+"""Maps of linear systems over their panels by Taylor series about the panels' centres, sixteen cases at a time.
 
-On a piece ``x' = A(ψ) x`` with ``A = A₀ + Σ_m C_m cos ω_mψ + S_m sin ω_mψ``.  Let Y(t) be the solution with Y = I at the
-panel's centre ψ = c, t = ψ - c, and C, S the coefficients turned to it.  Taylor coefficients follow one from the other::
+On a piece ``x' = A(ψ) x`` with ``A = A₀ + Σ_m C_m cos ω_mψ + S_m sin ω_mψ``, n ≥ 2 states.  Let Y(t) be the solution
+with Y = I at the panel's centre ψ = c, t = ψ - c, and C, S the coefficients turned to it.  With cos ω_m t and
+sin ω_m t = Σ α_i t^i the Taylor coefficients of Y follow one from the other, and the panel's map from their sums::
 
-    (k+1) Y_{k+1} = A₀ Y_k + Σ_m C_m (Σ_{i even} α_i Y_{k-i}) + S_m (Σ_{i odd} α_i Y_{k-i}),   cos, sin ω_m t = Σ α_i t^i
-
-and the panel's map is ``F = Y(h) Y(-h)⁻¹``: from the centre, either way is half as long.
+    (k+1) Y_{k+1} = A₀ Y_k + Σ_m C_m (Σ_{i even} α_i Y_{k-i}) + S_m (Σ_{i odd} α_i Y_{k-i})
+    F = Y(h) Y(-h)⁻¹
 
 Only entries of A that are not zero in every case are multiplied.  That makes use of whatever structure there is: of
 ``q' = q'`` in second-order systems, of harmonics that couple few coordinates.  A case whose entry is zero adds zero, so
 that its bits do not depend on the entries of its neighbours.
 
-The error of F has three parts.  The last two terms of the series, τ, bound what is left out; sums are rounded, by a
-few eps of their largest terms, ς = |Y(h)| + |Y(-h)|; and the inverse leaves a residual, ρ = F Y(-h) - Y(h)::
+The error of F has three parts.  The last two terms of the series, τ, bound what is left out.  Sums are rounded, by an
+eps of their largest terms, which cancel in one of Y(h) and Y(-h) at most.  The inverse leaves a residual, ρ::
 
-    |δF| ≤ [(|τ| + ROUNDING eps |ς|) (1 + |F|) + |ρ|] |Y(-h)⁻¹|
+    |δF| ≤ [(|τ| + (1 + 2/n) eps max(|Y(h)|, |Y(-h)|)) (1 + |F|) + |ρ|] |Y(-h)⁻¹|,    ρ = F Y(-h) - Y(h)
 
-A norm is √(largest sum of a row · largest sum of a column), which no 2-norm exceeds.
+A norm is √(largest sum of a row · largest sum of a column), which no 2-norm exceeds, by less the smaller n is.  In
+20 000 panels of systems of 2 to 12 states true errors reach two thirds of the bound.
 """
 
 from __future__ import annotations
@@ -30,12 +31,10 @@ from numpy.typing import NDArray
 from .compiler import inlined, kernel
 from .lanes import WIDTH, as_lanes, scratch, spread, where
 
-__all__ = ["join_panels", "map_panels"]
+__all__ = ["map_panels", "multiplied", "norm", "probe", "square"]
 
 Array = NDArray[np.float64]
 EPS = float(np.finfo(float).eps)
-ROUNDING = 4.0
-MULTIPLICATION = 2.0  # eps of |X| |Y| that the rounding of X Y stays below
 AHEAD = 4  # zeros before the first coefficient, which loops over earlier ones may read
 
 
@@ -107,23 +106,15 @@ def _summed(Y: Any, order: int, power: Any, first: int, plus: Any, minus: Any, l
             last[i, first + c] = abs(v * y[AHEAD + order - 1, c]) + abs(w * y[AHEAD + order, c])
 
 
-def _series(a: Any, turn_rows: Any, power: Any, room: Any, out: Any) -> None:
-    """Y(h), Y(-h) and the last two terms, two columns of Y after the other."""
-    rows, sources, column, alpha = turn_rows
-    Y, waves = room
-    plus, minus, last = out
-    n, order = len(rows), alpha.shape[1] - AHEAD
-    for block in range((n + 1) // 2):
-        first = max(min(2 * block, n - 2), 0)
-        for i in range(n):
+def _series(Y: Any, waves: Any, a: Any, rows: Any, sources: Any, column: Any, alpha: Any) -> None:
+    """All coefficients from the first one."""
+    for i in range(len(rows)):
+        for k in range(AHEAD):
             for c in range(2):
-                for k in range(AHEAD):
-                    Y[i, k, c] = spread(0.0)
-                Y[i, AHEAD, c] = spread(1.0 if i == first + c else 0.0)
-        for k in range(order):
-            waves_of(Y, k, column, alpha, waves)
-            next_order(Y, k, waves, a, rows, sources)
-        summed(Y, order, power, first, plus, minus, last)
+                Y[i, k, c] = spread(0.0)
+    for k in range(alpha.shape[1] - AHEAD):
+        waves_of(Y, k, column, alpha, waves)
+        next_order(Y, k, waves, a, rows, sources)
 
 
 def _inverted(a: Any, n: int) -> None:
@@ -142,10 +133,10 @@ def _inverted(a: Any, n: int) -> None:
 
 
 def _multiplied(x: Any, y: Any, n: int, out: Any) -> None:
-    """out = x y; both have a second column, if only for this."""
+    """out = x y, two columns at a time."""
     for i in range(n):
         for block in range((n + 1) // 2):
-            c = max(min(2 * block, n - 2), 0)
+            c = min(2 * block, n - 2)
             a0, a1 = spread(0.0), spread(0.0)
             for j in range(n):
                 v = x[i, j]
@@ -171,17 +162,22 @@ def _norm(a: Any, n: int, room: Any) -> Any:
     return math.sqrt(of_rows * of_columns)
 
 
-turned, waves_of, next_order, summed, series, inverted, multiplied, norm = map(
-    inlined, (_turned, _waves, _next, _summed, _series, _inverted, _multiplied, _norm)
-)
+turned: Any = inlined(_turned)
+waves_of: Any = inlined(_waves)
+next_order: Any = inlined(_next)
+summed: Any = inlined(_summed)
+series: Any = inlined(_series)
+inverted: Any = inlined(_inverted)
+multiplied: Any = inlined(_multiplied)
+norm: Any = inlined(_norm)
 
 
 def _square(n: int) -> Any:
-    """Room for a matrix with two columns at least, doubles (n, n, 16)."""
-    return scratch(n * max(n, 2)).reshape(n, max(n, 2), WIDTH)
+    """Room for a matrix, doubles (n, n, 16)."""
+    return scratch(n * n).reshape(n, n, WIDTH)
 
 
-square = inlined(_square)
+square: Any = inlined(_square)
 
 
 def _map_panels(
@@ -238,7 +234,13 @@ def _map_panels(
             power[0] = spread(1.0)
             for k in range(order):
                 power[k + 1] = h[own, p] * power[k]
-            series(a, (rows, sources, column, alpha), power, (Y, waves), (plus, minus, last))
+            for block in range((n + 1) // 2):
+                first = min(2 * block, n - 2)
+                for i in range(n):
+                    for c in range(2):
+                        Y[i, AHEAD, c] = spread(1.0 if i == first + c else 0.0)
+                series(Y, waves, a, rows, sources, column, alpha)
+                summed(Y, order, power, first, plus, minus, last)
             for i in range(n):
                 for c in range(n):
                     inverse[i, c] = minus[i, c]
@@ -251,7 +253,8 @@ def _map_panels(
                     inverse[i, c] -= plus[i, c]
                     maps_[b, p, i, c] = F[i, c]
             truncation = norm(last, n, room) * (1.0 + stretch) * back
-            rounding = ROUNDING * EPS * (norm(plus, n, room) + norm(minus, n, room)) * (1.0 + stretch)
+            ahead, behind = norm(plus, n, room), norm(minus, n, room)
+            rounding = (1.0 + 2.0 / n) * EPS * where(ahead > behind, ahead, behind) * (1.0 + stretch)
             errors_[b, p] = truncation + (rounding + norm(inverse, n, room)) * back
             truncations_[b, p] = truncation
 
@@ -259,80 +262,46 @@ def _map_panels(
 map_panels = kernel(_map_panels)
 
 
-def _scaled(a: Any, n: int, sizes: Array, exponents: Array) -> None:
-    """Multiply by a power of two, exactly, such that entries are near 1; add its exponent, lane by lane."""
-    largest, factor = spread(0.0), as_lanes(sizes)
-    for i in range(n):
-        for c in range(n):
-            largest = where(abs(a[i, c]) > largest, abs(a[i, c]), largest)
-    factor[0] = largest
-    for lane in range(WIDTH):
-        size = sizes[0, lane]
-        exponent = math.frexp(size)[1] if 0.0 < size < math.inf else 0
-        sizes[0, lane] = math.ldexp(1.0, -exponent)
-        exponents[lane] += exponent
-    for i in range(n):
-        for c in range(n):
-            a[i, c] *= factor[0]
-
-
-scaled = inlined(_scaled)
-
-
-def _join_panels(maps: Array, errors: Array, twist: Array, products: Array, exponents: Array, bounds: Array) -> None:
-    """twist·F_K…F_1 of every case, scaled by a power of two, and the bound of its error on that scale.
-
-    With after_k = F_K…F_{k+1} and before_k = F_{k-1}…F_1 the error is at most Σ |after_k| |δF_k| |before_k|.
+def _probe(
+    values: Array,
+    harmonic: NDArray[np.intp],
+    rows: NDArray[np.intp],
+    sources: NDArray[np.intp],
+    column: NDArray[np.intp],
+    alpha: Array,
+    turns: Array,
+    piece: NDArray[np.intp],
+    start: Array,
+    sizes: Array,
+) -> None:
+    """Sizes of the last two coefficients of two solutions at some places, which tell how long a panel may be.
 
     Parameters
     ----------
-    maps, errors : (blocks, panels, n, n, 16), (blocks, panels, 16)
-        Of the panels, first one first.
-    twist : (n,)
-    products, exponents, bounds : (blocks, n, n, 16), (blocks, 16), (blocks, 16)
-        What is written: the product is products · 2**exponents, its error bounds · 2**exponents.
+    values … alpha, turns, piece
+        As for :func:`map_panels`, places instead of panels.
+    start : (n, 2)
+        Two states.
+    sizes : (blocks, places, 2, 16)
+        What is written: the largest sums |Y_k| of a column, k = order-1 and order.
     """
-    F, e, out, bound = as_lanes(maps), as_lanes(errors), as_lanes(products), as_lanes(bounds)
-    panels, n = F.shape[1], F.shape[2]
-    room, sizes, later = as_lanes(scratch(n)), scratch(1), np.zeros(WIDTH)
-    now, other = as_lanes(square(n)), as_lanes(square(n))
-    before, reached = as_lanes(scratch(panels)), np.zeros((panels + 1, WIDTH))
-    for b in range(len(maps)):
-        for k in range(panels):
-            if k == 0:
-                before[k] = spread(1.0)
+    A, turn, out = as_lanes(values), as_lanes(turns), as_lanes(sizes)
+    n, order = len(rows), alpha.shape[1] - AHEAD
+    a = as_lanes(scratch(len(harmonic)))
+    Y = as_lanes(scratch(n * (order + 1 + AHEAD) * 2).reshape(n, order + 1 + AHEAD, 2, WIDTH))
+    waves = as_lanes(scratch(2 * len(column) * 2).reshape(2 * len(column), 2, WIDTH))
+    for b in range(len(values)):
+        for p in range(len(piece)):
+            turned(A[b, piece[p]], harmonic, turn[0 if len(turns) == 1 else b, p], a)
+            for i in range(n):
+                Y[i, AHEAD, 0], Y[i, AHEAD, 1] = spread(start[i, 0]), spread(start[i, 1])
+            series(Y, waves, a, rows, sources, column, alpha)
+            for k in range(2):
+                x, y = spread(0.0), spread(0.0)
                 for i in range(n):
-                    for c in range(n):
-                        other[i, c] = F[b, 0, i, c]
-            else:
-                before[k] = norm(now, n, room)
-                multiplied(F[b, k], now, n, other)
-            reached[k + 1] = reached[k]
-            scaled(other, n, sizes, reached[k + 1])
-            now, other = other, now
-        for i in range(n):
-            for c in range(n):
-                out[b, i, c] = twist[i] * now[i, c]
-        exponents[b] = reached[panels]
-        later[:] = 0.0
-        total, after = spread(0.0), spread(1.0)
-        for k in range(panels - 1, -1, -1):
-            for lane in range(WIDTH):
-                shift = min(reached[k, lane] + later[lane] - reached[panels, lane], 1000.0)
-                sizes[0, lane] = math.ldexp(1.0, int(shift))
-            own = e[b, k] + (MULTIPLICATION * EPS if k > 0 else 0.0) * norm(F[b, k], n, room)
-            total += as_lanes(sizes)[0] * after * own * before[k]
-            if k > 0:
-                if k == panels - 1:
-                    for i in range(n):
-                        for c in range(n):
-                            other[i, c] = F[b, k, i, c]
-                else:
-                    multiplied(now, F[b, k], n, other)
-                scaled(other, n, sizes, later)
-                now, other = other, now
-                after = norm(now, n, room)
-        bound[b] = total
+                    x += abs(Y[i, AHEAD + order - 1 + k, 0])
+                    y += abs(Y[i, AHEAD + order - 1 + k, 1])
+                out[b, p, k] = where(x > y, x, y)
 
 
-join_panels = kernel(_join_panels)
+probe = kernel(_probe)

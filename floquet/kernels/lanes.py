@@ -1,3 +1,4 @@
+# mypy: disable-error-code="import-untyped, no-untyped-call, attr-defined"
 """Sixteen numbers as one: what the kernels of matrices are written in.
 
 :func:`as_lanes` shows an array (..., 16) of doubles as an array (...) of ``Lanes``.  Inside kernels these are indexed,
@@ -20,20 +21,22 @@ import numpy as np
 from llvmlite import ir
 from numba import types
 from numba.core import cgutils
+from numba.core.errors import TypingError
 from numba.core.typing import signature
 from numba.core.typing.templates import AbstractTemplate, infer_global
 from numba.extending import intrinsic, lower_builtin, models, register_model
 from numba.np import arrayobj
+from numpy.typing import NDArray
 
 from .compiler import inlined
 
-__all__ = ["WIDTH", "any_lane", "as_lanes", "scratch", "spread", "where"]
+__all__ = ["WIDTH", "aligned", "any_lane", "as_lanes", "scratch", "spread", "where"]
 
 WIDTH = 16  # twice the widest registers: with one register a number, too few sums are under way at a time
 FLAGS = ("contract",)  # as compiler.OPTIONS: a product and a sum may be fused
 
 
-class Vector(types.Type):  # type: ignore[misc]  # numba is not typed
+class Vector(types.Type):
     """``Lanes`` or ``Mask``, to numba."""
 
 
@@ -51,6 +54,8 @@ register_model(Vector)(_model)
 # ---------------------------------------------------------------------- arrays
 def _as_lanes(_: Any, array: Any) -> Any:
     """An array (..., 16), contiguous, as an array (...) of Lanes."""
+    if array.layout != "C":
+        raise TypingError("as_lanes takes contiguous arrays: use numpy.ascontiguousarray")
     seen = types.Array(LANES, array.ndim - 1, "C", aligned=False)
 
     def code(context: Any, builder: Any, sig: Any, args: Any) -> Any:
@@ -70,17 +75,25 @@ def _as_lanes(_: Any, array: Any) -> Any:
     return signature(seen, array), code
 
 
-as_lanes = intrinsic(_as_lanes)
+as_lanes: Any = intrinsic(_as_lanes)
+
+
+def aligned(shape: tuple[int, ...]) -> NDArray[np.float64]:
+    """An empty array that starts where a line of the processor's cache does: loads of Lanes then touch one or two."""
+    size = math.prod(shape)
+    room = np.empty(size + 8)
+    start = (-room.ctypes.data // 8) % 8
+    return room[start : start + size].reshape(shape)
 
 
 def _scratch(count: int) -> Any:
-    """Room for ``count`` Lanes, doubles (count, 16) that start where a line of the processor's cache does."""
+    """Room for ``count`` Lanes inside a kernel, aligned doubles (count, 16)."""
     room = np.empty(count * WIDTH + 8)
     start = (-room.ctypes.data // 8) % 8
     return room[start : start + count * WIDTH].reshape(count, WIDTH)
 
 
-scratch = inlined(_scratch)
+scratch: Any = inlined(_scratch)
 
 
 # ---------------------------------------------------------------------- arithmetic
@@ -189,4 +202,6 @@ def _any_lane(_: Any, mask: Any) -> Any:
     return signature(types.boolean, mask), code
 
 
-where, spread, any_lane = intrinsic(_where), intrinsic(_spread_number), intrinsic(_any_lane)
+where: Any = intrinsic(_where)
+spread: Any = intrinsic(_spread_number)
+any_lane: Any = intrinsic(_any_lane)

@@ -13,18 +13,21 @@ one blade shifted by the whole numbers 0 … N-1, and that is how :func:`floquet
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from functools import cache
 from typing import Any, Unpack
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..errors import ParameterError
-from ..periodic import TWO_PI, Equation, PeriodicMatrix, PeriodicSystem
+from ..periodic import TWO_PI, Equation, PeriodicMatrix, PeriodicSystem, fractions
 from ..rotor import PARAMETERS, Hub, Rotor
 from .flapping import flapping
 from .physics import PhysicsKeywords
 
 __all__ = ["multiblade"]
+
+Array = NDArray[np.float64]
 
 
 def multiblade(
@@ -61,20 +64,19 @@ def multiblade(
     models = [flapping(b, advance_ratio, **options) for b in (blades[:1] if identical else blades)] * (
         N if identical else 1
     )
-    T, Ti = transformation(N)
 
     def build(values: Mapping[str, NDArray[Any]]) -> tuple[PeriodicMatrix, PeriodicMatrix]:
         equations = [_of_blade(m, values, i) for i, m in enumerate(models[:1] if identical else models)]
+        a, b = equations[0]
+        if identical and a.edges is None and b.edges is None:
+            return _of_identical_blades(N, a, b)
         shifted = zip(equations * (N if identical else 1), azimuths, strict=True)
         d, k = zip(*((d.shifted(a), k.shifted(a)) for (d, k), a in shifted), strict=True)
-        A, B = _diagonal(d), _diagonal(k)
-        D = Ti @ (2 * T.derivative() + A @ T)
-        K = Ti @ (T.derivative().derivative() + A @ T.derivative() + B @ T)
-        return D, K
+        return transformed(_diagonal(d), _diagonal(k))
 
     def forcing() -> PeriodicMatrix:
         rows = [f.shifted(a) for b, a in zip(models, azimuths, strict=True) if (f := b.forcing) is not None]
-        return Ti @ PeriodicMatrix.assemble([[row] for row in rows])
+        return transformation(N)[1] @ PeriodicMatrix.assemble([[row] for row in rows])
 
     twist = np.ones(2 * N)
     if N % 2 == 0:
@@ -130,6 +132,56 @@ def transformation(N: int) -> tuple[PeriodicMatrix, PeriodicMatrix]:
         T = T + PeriodicMatrix.harmonic(n, cosine, sine)
         weight[[2 * n - 1, 2 * n]] = 2.0
     return T, PeriodicMatrix.constant(np.diag(weight / N)) @ T.transpose()
+
+
+def transformed(A: PeriodicMatrix, B: PeriodicMatrix) -> tuple[PeriodicMatrix, PeriodicMatrix]:
+    """D and K of blades with damping A and stiffness B, diagonal matrices: eq. (B5)."""
+    T, Ti = transformation(A.shape[0])
+    D = Ti @ (2 * T.derivative() + A @ T)
+    K = Ti @ (T.derivative().derivative() + A @ T.derivative() + B @ T)
+    return D, K
+
+
+def _of_identical_blades(N: int, a: PeriodicMatrix, b: PeriodicMatrix) -> tuple[PeriodicMatrix, PeriodicMatrix]:
+    """D and K from the coefficients of one blade, in which they are linear."""
+    coefficients = [np.ones(()), *(c.coefficients[..., 0, r, 0, 0] for c in (a, b) for r in range(2 * c.order + 1))]
+    D, K = (_superposed(coefficients, shares) for shares in _shares(N, a.order, b.order))
+    return PeriodicMatrix(D, TWO_PI / _repeats(N)), PeriodicMatrix(K, TWO_PI / _repeats(N))
+
+
+def _repeats(N: int) -> int:
+    """How often D and K of identical blades repeat in a revolution: every passage, those of β_d every second one."""
+    return N if N % 2 else N // 2
+
+
+@cache
+def _shares(N: int, damping_order: int, stiffness_order: int) -> tuple[Array, Array]:
+    """What 1 and each coefficient of a blade add to the coefficients of D and K, (1 + coefficients, 2H+1, N, N).
+
+    They are halves of whole numbers, and there is no harmonic that does not repeat with the blades.
+    """
+    counts = [2 * damping_order + 1, 2 * stiffness_order + 1]
+    units = np.split(np.eye(1 + sum(counts), k=-1)[:, : sum(counts), None, None], counts[:1], axis=1)
+    azimuths = [TWO_PI * i / N for i in range(N)]
+    A, B = (_diagonal([PeriodicMatrix(unit[:, None]).shifted(x) for x in azimuths]) for unit in units)
+    out = []
+    for part in transformed(A, B):
+        c = np.round(2.0 * part.coefficients[:, 0]) / 2.0
+        c[1:] -= c[0]
+        h = range(_repeats(N), part.order + 1, _repeats(N))
+        out.append(c[:, [0, *(row for k in h for row in (2 * k - 1, 2 * k))]])
+    return out[0], out[1]
+
+
+def _superposed(coefficients: Sequence[NDArray[Any]], shares: Array) -> NDArray[Any]:
+    """Σ coefficients · shares, (cases, 1, 2H+1, N, N) with the cases side by side in memory."""
+    cases, dtype = np.broadcast_shapes(*(c.shape for c in coefficients)), np.result_type(*coefficients)
+    out = np.zeros((*shares.shape[1:], *cases), dtype)
+    for share, c in zip(shares, coefficients, strict=True):  # in order: a case's bits do not depend on its neighbours
+        entries = np.nonzero(share)
+        weights = fractions(share[entries]) if dtype.kind == "O" else share[entries]
+        out[entries] += weights.reshape(-1, *[1] * len(cases)) * c
+    return np.moveaxis(out, (0, 1, 2), (-3, -2, -1))[..., None, :, :, :]
 
 
 def _same(a: Rotor, b: Rotor) -> bool:

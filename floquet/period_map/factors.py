@@ -1,137 +1,135 @@
-"""Any system: the factors of its map, one a panel, kept apart because their product would lose small multipliers."""
+"""Any system: the factors of its map, one a panel, kept apart because their product would lose small multipliers.
+
+Many cases with trigonometric coefficients go to Taylor series (:mod:`.series`), others to Gauss collocation
+(:mod:`.collocated`).  Either maps second-order systems in (q, q'/s) with s a power of two about as large as their
+frequencies, so that the entries of a map and their errors are of one size.
+"""
 
 from __future__ import annotations
 
 import math
-from dataclasses import replace
-from itertools import pairwise
+from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ..collocation import Rule, first_order_panel, gauss_rule, second_order_panel
-from ..periodic import PeriodicMatrix, PeriodicSystem
-from .panels import Panel, estimated, panels_of, piece_lengths, refine, resolved
+from ..kernels import worth_compiling
+from ..periodic import PeriodicSystem
+from .collocated import Collocation
 from .result import Method, PeriodMap
+from .series import Series
+
+__all__ = ["FactorMap", "Factors", "factor_map"]
 
 Array = NDArray[np.float64]
+Index = NDArray[np.intp]
+
+LADDER = np.array(sorted({k << n for k in (4, 5, 6, 7) for n in range(11)} | {1, 2, 3}))  # numbers of panels
+MOST = 8.0  # times the first number: what is smooth is resolved by then, other places need kinks declared
+CASES_AT_ONCE = 4096  # 4 MB of coefficients
 
 
-def factor_map(system: PeriodicSystem, panels: int | None) -> PeriodMap:
-    shape = system.cases
-    n = math.prod(shape)
-    factors: list[Array] = [np.empty(0)] * n
-    errors: list[Array] = [np.empty(0)] * n
-    used = np.empty(n, np.int32)
-    flat = _flat_system(system, shape)
-    anchor = _anchor(flat)
+@dataclass(frozen=True, eq=False)
+class Factors:
+    """Maps of the panels of cases that have equally many.
 
-    def solve(index: NDArray[np.intp], counts: tuple[int, ...]) -> NDArray[np.bool_]:
-        part = _case_system(flat, index)
-        maps, own, done = [], [], np.ones(len(index), bool)
-        for panel in panels_of(anchor.case(index), system.period, counts):
+    Attributes
+    ----------
+    cases : (count,)
+        Which; number k is lane k % lanes of block k // lanes, and what is left of the last block repeats a case.
+    maps : (blocks, panels, n, n, lanes)
+        First panel first.
+    errors : (blocks, panels, lanes)
+        Bounds of the 2-norms of their errors.
+    """
 
-            def mapped(rule: Rule, panel: Panel = panel) -> Array:
-                return _state_panel(part, panel, rule, index)
+    cases: Index
+    maps: Array
+    errors: Array
 
-            F, error = estimated(mapped)
-            done &= resolved(F, error)
-            maps.append(F)
-            own.append(error)
-        for place, case in enumerate(index):
-            factors[case] = np.stack([F[place] for F in maps])
-            errors[case] = np.stack([e[place] for e in own])
-        used[index] = len(maps)
-        return done
+    def of(self, places: Index) -> tuple[Array, Array]:
+        """Maps (k, panels, n, n) and errors (k, panels) of some of the cases, by their places in ``cases``."""
+        block, lane = np.divmod(places, self.maps.shape[-1])
+        return self.maps[block, ..., lane], self.errors[block, :, lane]
 
-    frequency, trace = _frequency_and_trace(flat, n)
-    refine(solve, piece_lengths(anchor, system.period), np.broadcast_to(frequency, (n,)), system.period, panels)
-    return PeriodMap(
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class FactorMap(PeriodMap):
+    """Φ as factors.
+
+    Attributes
+    ----------
+    groups : tuple of Factors
+        What a later one says of a case replaces what an earlier one did.
+    """
+
+    groups: tuple[Factors, ...] = ()
+
+
+class Solver(Protocol):
+    """A way to map panels.
+
+    Attributes
+    ----------
+    wanted : (cases,) or (1,)
+        Panels a period that are probably enough.
+    lengths : (cases, pieces) or (1, pieces)
+        Of the pieces, as far as they lie within the period.
+    trace : (cases,) or (1,)
+        Mean trace of A.
+    """
+
+    wanted: Array
+    lengths: Array
+    trace: Array
+
+    def maps(self, cases: Index, counts: list[int]) -> tuple[Array, Array, Array]:
+        """Maps and errors as in :class:`Factors`, with so many panels on each piece, and how many times more each case
+        would need to be resolved (cases,)."""
+
+
+def factor_map(system: PeriodicSystem, panels: int | None) -> FactorMap:
+    shape, states = system.cases, system.states
+    count = math.prod(shape)
+    many = worth_compiling(count * states**2 // 2)  # NumPy's time for a blade is less, and grows with states cubed
+    solver: Solver = Series(system) if many and system.function is None and states > 1 else Collocation(system)
+    groups, used = _refined(solver, system.period, count, panels)
+    return FactorMap(
         method=Method.FACTORS,
         period=system.period,
         shape=shape,
-        mean=np.broadcast_to(trace, (n,)),
+        mean=np.broadcast_to(solver.trace, (count,)),
         panels=used,
         twist=system.twist,
-        factors=tuple(factors),
-        errors=tuple(errors),
-        states=system.states,
+        groups=tuple(groups),
+        states=states,
     )
 
 
-def _state_panel(system: PeriodicSystem, panel: Panel, rule: Rule, index: NDArray[np.intp]) -> Array:
-    """Map of the state over a panel, for the cases ``index`` of the system."""
-    psi = panel.nodes(rule)
-    if system.stiffness is not None:
-        K = system.stiffness.sample(psi)
-        D = None if system.damping is None else np.broadcast_to(system.damping.sample(psi), K.shape)
-        return second_order_panel(D, K, panel.half, rule)
-    if system.matrix is not None:
-        return first_order_panel(system.matrix.sample(psi), panel.half, rule)
-    A = _flat_samples(system, psi[0])  # the same nodes for every case
-    return first_order_panel(A[index], panel.half, rule)
-
-
-def _flat_samples(system: PeriodicSystem, psi: Array) -> Array:
-    """A(ψ) of a function for all its cases along one axis."""
-    assert system.function is not None
-    A = system.function(psi)
-    return np.broadcast_to(A, (*system.cases, *A.shape[-3:])).reshape(-1, *A.shape[-3:])
-
-
-def _anchor(system: PeriodicSystem) -> PeriodicMatrix:
-    """A matrix that carries the pieces of the system."""
-    if system.function is None:
-        for part in (system.stiffness, system.damping, system.matrix):
-            if part is not None and part.edges is not None:
-                return part
-        part = system.stiffness if system.stiffness is not None else system.matrix
-        assert part is not None
-        return part
-    zero = PeriodicMatrix.constant(np.zeros((math.prod(system.cases), 1, 1)), system.period)
-    inner = np.asarray(system.kinks if system.kinks is not None else [], float)
-    return replace(zero, edges=np.concatenate([[0.0], inner, [system.period]])[None, :]) if inner.size else zero
-
-
-def _frequency_and_trace(system: PeriodicSystem, n: int) -> tuple[Array, Array]:
-    """Largest local frequency, which sets the panels, and the mean trace of A."""
-    if system.stiffness is not None:
-        K = system.stiffness.bound().sum(axis=-1).max(axis=-1)
-        if system.damping is None:
-            return np.sqrt(K), np.zeros(n)
-        return np.maximum(np.sqrt(K), system.damping.bound().sum(axis=-1).max(axis=-1)), -np.trace(
-            system.damping.mean(), axis1=-2, axis2=-1
-        )
-    if system.matrix is not None:
-        return system.matrix.bound().sum(axis=-1).max(axis=-1), np.trace(system.matrix.mean(), axis1=-2, axis2=-1)
-    assert system.function is not None
-    edges = np.concatenate(
-        [[0.0], np.asarray(system.kinks if system.kinks is not None else [], float), [system.period]]
-    )
-    rule, pieces = (
-        gauss_rule(32),
-        [(a + s * (b - a) / 4, (b - a) / 8) for a, b in pairwise(edges) for s in range(4)],
-    )
-    frequency, trace = np.zeros(n), np.zeros(n)
-    for start, half in pieces:
-        A = _flat_samples(system, start + half * (1.0 + rule.nodes))
-        frequency = np.maximum(frequency, np.abs(A).sum(axis=-1).max(axis=(-1, -2)))
-        trace = trace + half * np.trace(A, axis1=-2, axis2=-1) @ rule.weights
-    return frequency, trace / system.period
-
-
-def _flat_system(system: PeriodicSystem, shape: tuple[int, ...]) -> PeriodicSystem:
-    """Cases along one axis, all matrices on the same pieces."""
-    if system.function is not None:
-        return system
-    if system.matrix is not None:
-        return replace(system, matrix=system.matrix.flat(shape))
-    assert system.stiffness is not None
-    D = system.damping if system.damping is not None else 0.0 * system.stiffness
-    K = system.stiffness + 0.0 * D
-    return replace(system, stiffness=K.flat(shape), damping=(D + 0.0 * system.stiffness).flat(shape))
-
-
-def _case_system(system: PeriodicSystem, index: NDArray[np.intp]) -> PeriodicSystem:
-    parts = {n: m.case(index) for n in ("damping", "stiffness", "matrix") if (m := getattr(system, n)) is not None}
-    return replace(system, **parts) if parts else system
+def _refined(solver: Solver, period: float, count: int, panels: int | None) -> tuple[list[Factors], NDArray[np.int32]]:
+    """Map every case with panels enough, or with ``panels``; their number follows from the case alone."""
+    wanted = np.broadcast_to(solver.wanted, (count,))
+    lengths = np.broadcast_to(solver.lengths, (count, solver.lengths.shape[-1]))
+    rung = np.minimum(np.searchsorted(LADDER, wanted), len(LADDER) - 1)
+    last = np.minimum(np.searchsorted(LADDER, MOST * LADDER[rung]), len(LADDER) - 1)
+    groups: list[Factors] = []
+    used = np.zeros(count, np.int32)
+    pending = np.arange(count)
+    while pending.size:
+        total = np.full(len(pending), panels) if panels else LADDER[rung[pending]]
+        counts = np.maximum(np.ceil(total[:, None] * lengths[pending] / period - 1e-9), 1).astype(int)
+        kinds, member = np.unique(counts, axis=0, return_inverse=True)
+        short = []
+        for kind, numbers in enumerate(kinds):
+            group = pending[member.ravel() == kind]
+            for some in np.split(group, range(CASES_AT_ONCE, len(group), CASES_AT_ONCE)):
+                maps, errors, times = solver.maps(some, numbers.tolist())
+                groups.append(Factors(some, maps, errors))
+                used[some] = numbers.sum()
+                again = (times > 1.0) & (rung[some] < last[some])
+                short.append(some[again])
+                further = np.searchsorted(LADDER, LADDER[rung[some]] * np.minimum(times, MOST))
+                rung[some] = np.clip(further, rung[some] + again, last[some])
+        pending = pending[:0] if panels else np.concatenate(short)
+    return groups, used

@@ -37,12 +37,17 @@ RUNGS = 16  # a factor of eight: what is smooth is resolved by then, other place
 
 
 def hill_map(
-    system: PeriodicSystem, panels: int | None = None, *, compiled: bool | None = None, nodes: bool = False
+    system: PeriodicSystem,
+    panels: int | None = None,
+    *,
+    precise: bool = True,
+    compiled: bool | None = None,
+    alike: bool = False,
 ) -> PeriodMap:
     """Map of one scalar equation.
 
-    ``compiled`` says whether kernels are, however few the points; ``nodes`` are for polynomials between them: all on
-    the panels of the stiffest, and in doubles.
+    ``precise``: in forty digits next to branch points; ``compiled``: by compiled kernels, however few the points;
+    ``alike``: all points on the panels of the stiffest, so that they fill blocks of lanes.
     """
     shape = system.cases
     part = system.part(slice(None))
@@ -52,7 +57,7 @@ def hill_map(
     rows, used = np.empty((len(ROWS), n)), np.empty(n, np.int32)
     size = _size(part, n)
     if q.edges is None:
-        _map_smooth(q, size, system.period, panels, rows, used, compiled=compiled, alike=nodes)
+        _map_smooth(q, size, system.period, panels, rows, used, compiled=compiled, alike=alike)
     else:
         _map_pieces(q, kicks, size, system.period, panels, rows, used)
     phi = PeriodMap(
@@ -65,7 +70,7 @@ def hill_map(
         methods=np.full(n, Method.HILL, np.int8),
     )
     # a jump of the damping is known in doubles only
-    return phi if panels or nodes or kicks is not None else make_precise(phi, system)
+    return make_precise(phi, system) if precise and not panels and kicks is None else phi
 
 
 def hill_form(system: PeriodicSystem) -> tuple[PeriodicMatrix, Array, Array | None]:

@@ -31,6 +31,7 @@ from floquet.plot.curves import lock_bands
 from floquet.plot.locus import root_locus
 from floquet.plot.parts import STYLE, root_figure, write_footer
 from floquet.plot.summary import RotorRows, validity_summary
+from floquet.sweep import MODES
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -49,6 +50,15 @@ KINDS: dict[str, Callable[..., Any]] = {
     "validity-summary": validity_summary,
 }
 """What ``plot_database`` and the command line can draw."""
+BLADE = ("exponent_1", "exponent_2", "rotation_number", "lock")
+EIGENVALUES, ERRORS = ("rule_{}", "tpp_{}_1", "tpp_{}_2"), ("rule_{}", "error_{}")
+NEEDS = {
+    "root-locus": EIGENVALUES,
+    "eigenvalues-vs-mu": EIGENVALUES,
+    "error-vs-mu": ERRORS,
+    "validity-summary": ERRORS,
+}
+"""Columns of a mode that a kind draws, beside ``BLADE`` and those that every database has."""
 SUMMARIES = ("validity-summary",)
 """Kinds that show several rotors; the others show one."""
 MOST = 40
@@ -89,7 +99,7 @@ def plot_database(database: Database | str | Path, kind: str, out: str | Path,
     path = _target(out)
     with contextlib.ExitStack() as closing:
         db = database if isinstance(database, Database) else closing.enter_context(open_database(database))
-        rotors = [_rows(db, index) for index in _chosen(db, rotor, every=kind in SUMMARIES)]
+        rotors = [_drawable(db, kind, _rows(db, index)) for index in _chosen(db, rotor, every=kind in SUMMARIES)]
         physics = _physics(db.attributes.get("options"))
     if kind in SUMMARIES:
         drawn = KINDS[kind](rotors)
@@ -174,6 +184,22 @@ def _rows(db: Database, rotor: int) -> RotorRows:
         raise ParameterError("rotor", name, sentence)
     limits = db.query(f"rotor == {rotor}", table="limits", columns="*") if "limits" in db.tables else {}
     return RotorRows(name, points, limits)
+
+
+def _drawable(db: Database, kind: str, rows: RotorRows) -> RotorRows:
+    """The rows with the modes that are stored with all that a kind draws of them."""
+    missing = [name for name in BLADE if name not in rows.points]
+    whole = [mode for mode in MODES if all(name.format(mode) in rows.points for name in NEEDS[kind])]
+    if missing or not whole:
+        of_mode = [] if whole else [name.format("MODE") for name in NEEDS[kind]]
+        sentence = (
+            f"{kind} draws {', '.join([*missing, *of_mode])}, and {db.path} was written without: "
+            "[output] columns of its study leaves them out, so add them there and run the study again"
+        )
+        raise ParameterError("kind", kind, sentence)
+    left_out = {f"rule_{mode}" for mode in MODES if mode not in whole}
+    points = {name: values for name, values in rows.points.items() if name not in left_out}
+    return RotorRows(rows.name, points, rows.limits)
 
 
 def write_figure(figure: Figure, path: Path, dpi: float) -> None:

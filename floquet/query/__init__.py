@@ -72,6 +72,7 @@ class Reader(Protocol):
     @property
     def tables(self) -> Sequence[str]: ...
     def columns(self, table: str) -> Mapping[str, Any]: ...
+    def left_out(self, table: str) -> Iterable[str]: ...
     def rows(self, table: str) -> int: ...
     def chunks(
         self,
@@ -234,7 +235,7 @@ class Database:
         directions; ``limit`` is the number of rows, after sorting. Memory holds a chunk and the answer.
         """
         present = self.columns(table)
-        scope = Scope.of(present, self.names)
+        scope = Scope.of(present, self.names, self._reader.left_out(table))
         predicate = compile_expression(expression, scope)
         key = () if sort is None else (scope.check(str(sort)),)
         wanted = self._wanted(table, columns, present, scope, (*predicate.names, *key))

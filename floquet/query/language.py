@@ -7,7 +7,7 @@ reaches ``eval``.
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from enum import Enum
 from functools import cache, partial
@@ -88,14 +88,18 @@ def _apply(operation: Operation, kind: Kind, at: int, args: Sequence[Node]) -> N
 
 @dataclass(frozen=True, kw_only=True)
 class Scope:
-    """The columns an expression may name: all of them, those that are complex, and the words that some compare with."""
+    """The columns an expression may name: all of them, those that are complex, and the words that some compare with.
+
+    Those in ``left_out`` the study did not store.
+    """
 
     dtypes: Mapping[str, np.dtype[Any]]
     complex_names: frozenset[str]
     words: Mapping[str, Sequence[tuple[int, str]]]
+    left_out: frozenset[str] = frozenset()
 
     @classmethod
-    def of(cls, columns: Mapping[str, Column], names: Sequence[str]) -> Scope:
+    def of(cls, columns: Mapping[str, Column], names: Sequence[str], left_out: Iterable[str] = ()) -> Scope:
         dtypes: dict[str, np.dtype[Any]] = {}
         for name, column in columns.items():
             dtype = np.dtype(column.dtype)
@@ -104,7 +108,12 @@ class Scope:
         words = {name: tuple(column.flags.items()) for name, column in columns.items() if column.flags}
         if ROTOR in columns and names:
             words[ROTOR] = tuple(enumerate(names))
-        return cls(dtypes=dtypes, complex_names=frozenset(columns) - frozenset(dtypes), words=words)
+        return cls(
+            dtypes=dtypes,
+            complex_names=frozenset(columns) - frozenset(dtypes),
+            words=words,
+            left_out=frozenset(left_out),
+        )
 
     def kind(self, name: str) -> Kind:
         return Kind.FLAG if name in self.words and name != ROTOR else Kind.NUMBER
@@ -122,6 +131,8 @@ class Scope:
             return name
         if name in self.complex_names:
             raise QueryError(f"{name} is complex; write {name}_re or {name}_im", expression, at)
+        if name in self.left_out:
+            raise QueryError(f"{name} is not stored in this database: {LEFT_OUT}", expression, at)
         raise QueryError(f"{short(name)!r} is no column of this table{self._hint(name)}", expression, at)
 
     def _hint(self, name: str) -> str:
@@ -132,7 +143,7 @@ class Scope:
         for column, words in self.words.items():
             if any(name.casefold() == word.casefold() for _, word in islice(words, 1000)):
                 return f'; a word stands in quotes, as in {column} == "{name}"'
-        return did_you_mean(name, [*self.dtypes, *self.complex_names])
+        return did_you_mean(name, [*self.dtypes, *self.complex_names, *sorted(self.left_out)])
 
     def codes(self, name: str, node: Node, expression: str) -> tuple[int, ...]:
         """The codes of a column's word; a name as written goes before one that only differs in capitals."""
@@ -148,6 +159,7 @@ class Scope:
         raise QueryError(sentence + near, expression, node.at)
 
 
+LEFT_OUT = "[output] columns of its study leaves it out, so add it there and run the study again"
 ROTOR, ROTOR_NAME = "rotor", "rotor_name"
 KEYWORDS = ("and", "or", "not", "in")
 _KNOWN = {

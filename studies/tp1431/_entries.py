@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from floquet import PeriodicSystem
 from floquet.models import FORCING
-from floquet.periodic import PeriodicMatrix
+from floquet.periodic import TWO_PI, PeriodicMatrix
 
 GREEK = {"gamma": "γ", "kappa": "κ", "eps": "ε", "mu": "μ", "K1": "K₁", "P2": "P²", "**2": "²", "-": "−"}
 SYMBOLS = {
@@ -44,8 +44,9 @@ BLADE = {
 
 def harmonics(matrix: PeriodicMatrix, n: int) -> NDArray[np.float64]:
     """Means and coefficients of cos nψ and sin nψ, (3, rows, columns)."""
-    c = matrix.widened(n).coefficients[0]
-    return c[[0, 2 * n - 1, 2 * n]]
+    k = round(n * matrix.period / TWO_PI)  # identical blades repeat after each passage
+    c = matrix.widened(k).coefficients[0]
+    return c[[0, 2 * k - 1, 2 * k]]
 
 
 def record(place: Sequence[str], n: int, formulas: Sequence[str], values: NDArray[np.float64]) -> dict[str, Any]:
