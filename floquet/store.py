@@ -387,14 +387,15 @@ class TableWriter:
         return dataset
 
     def add(self, rows: Rows) -> None:
-        """Append rows; whole chunks are written before this returns, a copy of the rest waits for more."""
+        """Append rows; what fills chunks is written before this returns, a copy of the rest waits for more."""
         for name, column in self.columns.items():
             value = np.asarray(rows[name])
             parts = {f"{name}_re": value.real, f"{name}_im": value.imag} if column.dtype == "c16" else {name: value}
             for variable, part in parts.items():
                 self.waiting[variable].append(part)
         self.kept = sum(map(len, self.waiting["rotor"]))
-        self._flush(self.kept // CHUNK_ROWS * CHUNK_ROWS)
+        last = self.at + self.kept == self.rows
+        self._flush(self.kept if last else self.kept // CHUNK_ROWS * CHUNK_ROWS)
 
     def _flush(self, count: int) -> None:
         """Write the first rows that wait."""
@@ -450,12 +451,11 @@ class TableWriter:
             self.check()
 
     def finish(self) -> None:
-        """Write what waits, and the digests."""
+        """Write the digests."""
         if self.at + self.kept != self.rows:
             raise StorageError(
                 self.group.file.filename, f"{self.at + self.kept} rows came for the table {self.table} of {self.rows}"
             )
-        self._flush(self.kept)
         group = self.group.file.create_group(f"integrity/{self.table}", track_order=True)
         group.attrs["variables"] = "\n".join(self.variables)
         group.attrs["chunk_rows"] = CHUNK_ROWS

@@ -341,7 +341,7 @@ def _locked(folder: Path, study: Study, resume: bool) -> Iterator[dict[str, int]
                 raise InputError(
                     f"{folder} holds an unfinished run of another study: choose another output, or remove the folder"
                 )
-            _same_columns(folder, study, _columns_of(about))
+            _same_columns(folder, study, _columns_of(folder, about))
             began = about.get("sizes")
             if not (isinstance(began, dict) and began.keys() == sizes.keys() and all(map(_is_size, began.values()))):
                 raise DatabaseError(folder, DAMAGED_JOURNAL)
@@ -513,7 +513,7 @@ def pack(folder: str | Path, out: str | Path) -> dict[str, int]:
     try:
         counts = {"points": about["points"], "limits": about["designs"]}
         shards = {t: _listed(t, counts[t], about["sizes"][t]) for t in store.TABLES if t in about["sizes"]}
-        parts = Parts(folder, about["study_id"], _columns_of(about))
+        parts = Parts(folder, about["study_id"], _columns_of(folder, about))
         text = _text(folder / "study.toml")
         attributes = _attributes(about["title"], about["study_id"], about["names"], about["options"], text)
     except (ValueError, KeyError, TypeError, AttributeError) as error:
@@ -572,12 +572,12 @@ def _journal(folder: Path) -> dict[str, Any]:
     return about
 
 
-def _columns_of(about: Mapping[str, Any]) -> tuple[str, ...]:
+def _columns_of(folder: Path, about: Mapping[str, Any]) -> tuple[str, ...]:
     """The columns of points that a journal tells; all where it was written before there was a choice."""
     try:
         return store.chosen(about.get("columns", [store.EVERY]))
-    except (InputError, TypeError) as error:
-        raise ValueError("these are no columns") from error
+    except (InputError, TypeError, AttributeError) as error:
+        raise DatabaseError(folder, DAMAGED_JOURNAL) from error
 
 
 def _text(path: Path) -> str:

@@ -22,7 +22,7 @@ import pytest
 from floquet import Rotor, compare, load_rotor, lock_windows, validity_limit
 from floquet.cli import ROTOR_FLAGS, command, main, progress
 from floquet.report import NO_INFLOW
-from floquet.store import data_digest
+from floquet.store import ALWAYS, data_digest, open_file
 from floquet.study import RunReport, load_study
 from floquet.study import run as run_study
 
@@ -353,6 +353,23 @@ def test_run_resume_and_dry_run(run: Floquet, database: str) -> None:
     assert run("run", "small.toml", "-o", "json.h5", "--workers", "1", "--json").json["path"] == "json.h5"
     refused(run("run", "small.toml", "-o", "new.h5"), "new.h5", "--resume")
     assert "already, finished" in run("run", "small.toml", "-o", "new.h5", "--resume").out
+
+
+def test_run_stores_the_columns_that_are_named(run: Floquet, database: str) -> None:
+    options = ("--workers", "1", "--columns", "error_regressing, exponent_1", "--columns", "verdict")
+    assert run("run", "small.toml", "-o", "few.h5", *options).status == 0
+    with open_file("few.h5") as file:
+        assert file.columns("points").keys() == {*ALWAYS, "error_regressing", "exponent_1", "verdict"}
+    found = run("query", "few.h5", "error_regressing > 0.05", "--json").json
+    assert found and {"verdict", "lock"} & found[0].keys() == {"verdict"}
+    refused(run("query", "few.h5", "isnan(lock)"), "lock is not stored", "[output] columns", "run the study again")
+    refused(run("query", "few.h5", "--columns", "exponent_2"), "exponent_2 is not stored")
+    refused(run("plot", "few.h5", "root-locus", "-o", "a.png"), "few.h5 was written without", "tpp_MODE_1")
+    refused(run("run", "small.toml", "-o", "few.h5", "--resume"), "few.h5 holds this study without", "rule_coning")
+    refused(run("run", "small.toml", "-o", "x.h5", "--columns", "eror_coning"), "did you mean 'error_coning'")
+    refused(run("run", "small.toml", "-o", "x.h5", "--columns", "lock_im"), "'lock_im' is no column")
+    fewer, every = (run("run", "small.toml", "-o", "x.h5", "--dry-run", "--json", *o).json for o in (options, ()))
+    assert 0 < fewer["bytes"] < every["bytes"]
 
 
 def test_failed_parts_are_status_3(run: Floquet, database: str, monkeypatch: pytest.MonkeyPatch) -> None:

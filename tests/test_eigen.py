@@ -10,6 +10,7 @@ import pytest
 from flint import acb_mat, arb_mat, ctx
 
 from floquet.exponents.clusters import cluster_bounds
+from floquet.exponents.products import _bounds as discs
 from floquet.exponents.products import eigenvalues, multipliers, multipliers_of_lanes, size_of
 from floquet.kernels import available
 from tests.support import distances
@@ -46,6 +47,15 @@ def exactly(A: np.ndarray) -> np.ndarray:
         return np.array([complex(float(z.real), float(z.imag)) for z in found])
     finally:
         ctx.prec = before
+
+
+def in_blocks(maps: np.ndarray, errors: np.ndarray) -> tuple[Any, Any]:
+    """(cases, K, n, n) and (cases, K) with sixteen cases side by side."""
+    cases = len(maps) // 16
+    return (
+        np.ascontiguousarray(np.moveaxis(maps.reshape(cases, 16, *maps.shape[1:]), 1, -1)),
+        np.ascontiguousarray(np.moveaxis(errors.reshape(cases, 16, -1), 1, -1)),
+    )
 
 
 KINDS = ["normal", "graded", "far from normal", "nearly orthogonal", "real eigenvalues"]
@@ -112,14 +122,47 @@ def test_bounds_of_clusters_follow_henrici() -> None:
     assert np.all(np.isfinite(cluster_bounds(np.eye(3), np.ones(3, complex), 1e-15)))
 
 
+def test_clusters_that_are_near_others_are_not_bounded_alone() -> None:
+    """A simple eigenvalue 1e-6 beside a defective pair: errors of 1e-9 couple them, and it moves by much more."""
+    A = np.array([[0.3, 1.0, 0.0], [0.0, 0.3, 0.0], [0.0, 0.0, 0.3 + 1e-6]])
+    values, moved = np.array([0.3, 0.3, 0.3 + 1e-6], complex), np.zeros(3)
+    bounds = cluster_bounds(A, values, 1e-9)
+    for delta in np.random.default_rng(3).normal(size=(2000, 3, 3)):
+        at = np.linalg.eigvals(A + 1e-9 * delta / np.linalg.norm(delta, 2))
+        moved = np.maximum(moved, distances(values, at))
+    assert np.all(moved <= bounds) and np.all(bounds < 1e-2)
+
+
+@pytest.mark.parametrize("size", [1e-3, 1e-2, 1e-1])
+def test_discs_hold_what_entries_can_do(size: float) -> None:
+    """Λ + E with |E_ij| = G_ij, G of all sizes: eigenvalues in clear discs, in joined ones, and under Elsner's cap."""
+    rng = np.random.default_rng(6)
+    values = rng.normal(size=(200, 4)) + 1j * rng.normal(size=(200, 4))
+    G = size * np.exp(rng.uniform(-8, 0, (200, 4, 4)))
+    largest = np.linalg.norm(G, axis=(-2, -1))
+    bounds = discs(values, G, np.full(200, np.inf), np.ones(200))
+    capped = discs(values, G, largest, np.abs(values).max(axis=-1))
+    assert np.all(capped <= bounds) and np.isfinite(bounds).all()
+    for k in range(200):
+        for phase in np.exp(2j * math.pi * rng.uniform(size=(60, 4, 4))):
+            at = np.linalg.eigvals(np.diag(values[k]) + G[k] * phase)
+            # an eigenvalue of the sum in every connected set of discs for each of its own
+            assert np.all(distances(values[k], at) <= bounds[k])
+            assert np.all(distances(values[k], at) <= capped[k])
+    if size == 1e-3:  # far from each other, most are moved by their own entries
+        assert np.median(bounds) < 3.0 * np.median(np.diagonal(G, axis1=-2, axis2=-1))
+
+
 @compiled
 @pytest.mark.parametrize("n", [3, 5, 8])
-def test_cycles_need_unusual_shifts(n: int, monkeypatch: pytest.MonkeyPatch) -> None:
-    """The roots of unity: QR steps with the usual shifts leave a cyclic permutation as it is."""
-    use(True, monkeypatch)
-    values, bounds = eigenvalues(np.broadcast_to(np.roll(np.eye(n), 1, axis=0), (16, n, n)), np.zeros(16))
-    error = distances(values[0], np.exp(2j * math.pi * np.arange(n) / n))
-    assert np.all(error <= bounds[0]) and bounds.max() < 1e-13
+def test_cycles_need_unusual_shifts(n: int) -> None:
+    """The roots of unity: QR steps with the usual shifts leave a cyclic permutation as it is, and give it up."""
+    cycle = np.broadcast_to(np.roll(np.eye(n), 1, axis=0), (16, 1, n, n))
+    (values, bounds, scale), clear = multipliers_of_lanes(np.ones(n), *in_blocks(cycle, np.zeros((16, 1))), 16)
+    assert clear.all()  # what is given up is not
+    factor = math.exp(scale[0])
+    error = distances(factor * values[0], np.exp(2j * math.pi * np.arange(n) / n))
+    assert np.all(error <= factor * bounds[0]) and factor * bounds.max() < 1e-13
 
 
 @compiled
@@ -137,15 +180,6 @@ def test_a_matrix_alone_gives_the_same_bits(monkeypatch: pytest.MonkeyPatch) -> 
 
 
 # ---------------------------------------------------------------------- products
-def in_blocks(maps: np.ndarray, errors: np.ndarray) -> tuple[Any, Any]:
-    """(cases, K, n, n) and (cases, K) with sixteen cases side by side."""
-    cases = len(maps) // 16
-    return (
-        np.ascontiguousarray(np.moveaxis(maps.reshape(cases, 16, *maps.shape[1:]), 1, -1)),
-        np.ascontiguousarray(np.moveaxis(errors.reshape(cases, 16, -1), 1, -1)),
-    )
-
-
 @compiled
 @pytest.mark.parametrize("panels", [1, 2, 7])
 @pytest.mark.parametrize("n", [2, 5, 8])
@@ -161,7 +195,8 @@ def test_products_in_lanes_are_those_of_numpy(n: int, panels: int) -> None:
         a, b = fast[k] * math.exp(fast_scale[k]), slow[k] * math.exp(slow_scale[k])
         bound = fast_bound[k] * math.exp(fast_scale[k])
         assert np.all(distances(a, b) <= bound)
-        np.testing.assert_allclose(np.sort(bound), np.sort(slow_bound[k] * math.exp(slow_scale[k])), rtol=0.02)
+        # conditions are found from vectors, which other LAPACKs round to some per cent of these bounds
+        np.testing.assert_allclose(np.sort(bound), np.sort(slow_bound[k] * math.exp(slow_scale[k])), rtol=0.2)
 
 
 @pytest.mark.parametrize("in_lanes", PATHS)

@@ -341,6 +341,24 @@ def test_identical_blades_by_all_coordinates(N: int, path: str, monkeypatch: pyt
     assert found.determinant_defect.max() < 1e-12
 
 
+@pytest.mark.parametrize("path", [LANES, "numpy"])
+@pytest.mark.parametrize("decay", [0.6, 8.0])
+def test_half_a_period_with_a_twist_is_half_the_period(
+    decay: float, path: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A(t + π) = S A(t) S, S = diag(1, -1, 1, -1): the exponents of 2π, multipliers near and far from each other."""
+    use(path, monkeypatch)
+    rng = np.random.default_rng(9)
+    odd = np.indices((4, 4)).sum(axis=0) % 2 == 1
+    A = PeriodicMatrix.constant(np.where(odd, 0.0, 0.3 * rng.normal(size=(18, 4, 4))) - np.diag(decay * np.arange(4)))
+    A = A + PeriodicMatrix.harmonic(1, *np.where(odd, 0.5 * rng.normal(size=(2, 18, 4, 4)), 0.0))
+    whole = stability(PeriodicSystem(period=TWO_PI, matrix=A))
+    half = stability(PeriodicSystem(period=math.pi, matrix=A, twist=np.array([1.0, -1.0, 1.0, -1.0])))
+    for a, b, x, y in zip(half.exponents, whole.exponents, half.exponent_errors, whole.exponent_errors, strict=True):
+        assert np.all(distances(a, b, 1.0) <= x.max() + y.max())
+    assert np.median(half.exponent_errors) < 1e-12
+
+
 @compiled
 @pytest.mark.parametrize("name", list(SYSTEMS))
 def test_compiled_and_numpy_paths_agree(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -444,6 +462,18 @@ def test_the_number_of_panels_follows_from_the_case(lanes: None) -> None:
     phi = period_map(PeriodicSystem(period=TWO_PI, stiffness=PeriodicMatrix.constant(K)))
     assert isinstance(phi, FactorMap) and len(phi.groups) >= 4
     assert exponents(phi).exponents.tobytes() == found.exponents.tobytes()
+
+
+def test_panels_that_are_too_few_are_noticed(lanes: None, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A probe that promises too much: cases go up the ladder until the series say that they are resolved."""
+    system = second_order(40, 3, 1, 8)
+    usual = stability(system)
+    monkeypatch.setattr(series, "SMALL", 1e-6)
+    phi = period_map(system)
+    assert isinstance(phi, FactorMap) and sum(len(group.cases) for group in phi.groups) > 60  # many were mapped again
+    again = exponents(phi)
+    assert np.all(again.exponent_errors < 3.0 * usual.exponent_errors)
+    assert np.all(again.panels <= 1.5 * usual.panels)
 
 
 # ---------------------------------------------------------------------- compilation

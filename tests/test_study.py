@@ -22,10 +22,21 @@ from filelock import FileLock
 
 from floquet import store, study
 from floquet.comparison import Metric
-from floquet.errors import ConfigError, DatabaseError, FailedError, InputError
+from floquet.errors import (
+    ConfigError,
+    DatabaseError,
+    FailedError,
+    FloquetWarning,
+    InputError,
+    ParameterError,
+    QueryError,
+)
 from floquet.export import export
-from floquet.rotor import Hub
-from floquet.sweep import limit_rows, point_rows
+from floquet.kernels import cores
+from floquet.plot import plot_database
+from floquet.query import open_database
+from floquet.rotor import Hub, Rotor
+from floquet.sweep import Plan, limit_rows, point_rows
 
 SMALL = """
 [study]
@@ -183,6 +194,187 @@ def test_a_missing_rotor_file_is_named(tmp_path: Path) -> None:
     (tmp_path / "s.toml").write_text(SMALL.replace("list =", 'files = ["nowhere.toml"]\nlist ='))
     with pytest.raises(ConfigError, match=r"nowhere\.toml"):
         study.load_study(tmp_path / "s.toml")
+
+
+# ---------------------------------------------------------------------- columns
+OUTPUT = '\n[output]\ncolumns = ["error_regressing", "exponent_1", "verdict"]\n'
+
+
+@pytest.fixture
+def few(tiny: Path) -> Path:
+    """The tiny study, three of its columns beside those that are always stored."""
+    tiny.write_text(tiny.read_text() + OUTPUT)
+    return tiny
+
+
+def test_a_study_says_which_columns_it_stores(few: Path) -> None:
+    named = study.load_study(few)
+    assert named.columns == (*store.ALWAYS, "exponent_1", "verdict", "error_regressing")
+    few.write_text(few.read_text().replace(OUTPUT, ""))
+    every = study.load_study(few)
+    assert every.columns == tuple(store.POINTS) == named.storing(["*"]).columns and every.id == named.id
+    assert every.storing(["lock"]).columns == (*store.ALWAYS, "lock")
+    assert study.dry_run(named).bytes < 0.4 * study.dry_run(every).bytes
+
+
+@pytest.mark.parametrize(("columns", "sentence"), [
+    ('["eror_regressing"]', r"s\.toml:8: output\.columns\[0\]: .*did you mean 'error_regressing'"),
+    ('["lock", "exponent_1_im"]', r"output\.columns\[1\]: exponent_1_im is a part of exponent_1.*name exponent_1"),
+    ("[]", r"s\.toml:8: output\.columns: .*a list of at least 1"),
+    ('"lock"', r"output\.columns: .*a list in \[ \]"),
+    ("[1]", r"output\.columns\[0\]: .*a text in quotes"),
+    ('["limit"]', r"'limit' is no column of the table of points"),
+])  # fmt: skip
+def test_bad_columns_are_one_sentence_with_their_line(tmp_path: Path, columns: str, sentence: str) -> None:
+    path = tmp_path / "s.toml"
+    path.write_text(
+        '[study]\nname = "s"\n[rotors]\nlist = [{ lock_number = 8.0 }]\n[axes]\nadvance_ratio = [0.1]\n'
+        f"[output]\ncolumns = {columns}\n"
+    )
+    with pytest.raises(ConfigError, match=sentence) as caught:
+        study.load_study(path)
+    assert "\n" not in str(caught.value)
+
+
+@pytest.mark.usefixtures("quick")
+@pytest.mark.parametrize("workers", [1, 2])
+def test_a_run_with_few_columns_from_end_to_end(few: Path, tmp_path: Path, workers: int) -> None:
+    one, out = study.load_study(few), tmp_path / "out.h5"
+    assert study.run(one, out, workers=workers).points == 600
+    rows = point_rows(one.plan, 0, 600)
+    with store.open_file(out) as file:
+        assert tuple(file.columns("points")) == one.columns and list(file.columns("limits")) == list(store.LIMITS)
+        [(_, read)] = file.chunks("points", list(one.columns))
+        for name in one.columns:
+            assert read[name].tobytes() == rows[name].tobytes(), name
+    assert store.verify(out) == ()
+    for ending in ("csv", "nc"):
+        export(out, tmp_path / f"out.{ending}")
+    with (tmp_path / "out.csv").open(newline="") as source:
+        header = next(csv.reader(source))
+    stored = list(store.stored_variables({name: store.POINTS[name] for name in one.columns}))
+    assert header == ["rotor", "rotor_name", *stored[1:]]
+    with h5py.File(tmp_path / "out.nc") as exported:
+        assert set(exported) == {"row", "integrity", *stored}
+    with open_database(out) as database:
+        found = database.query("error_regressing > 0.05 and verdict == 'STABLE'")
+        assert {"rotor", "error_regressing", "verdict", "advance_ratio"} <= set(found) and "lock" not in found
+        assert set(database.query(columns="*")) == {*one.columns, "rotor_name"}
+        for asked in ("lock > 0", "exponent_2_re < 0"):
+            with pytest.raises(QueryError, match=r"not stored in this database: \[output\] columns of its study"):
+                database.query(asked)
+        with pytest.raises(QueryError, match="did you mean 'error_coning'"):
+            database.query("eror_coning > 0")
+    with pytest.raises(
+        ParameterError, match=r"error-vs-mu draws exponent_2, rotation_number, lock, rule_MODE, error_M"
+    ):
+        plot_database(out, "error-vs-mu", tmp_path / "a.svg")
+
+
+@pytest.mark.parametrize(("kind", "of_mode"), [
+    ("root-locus", ["tpp_regressing_1", "tpp_regressing_2"]), ("error-vs-mu", ["error_regressing"]),
+])  # fmt: skip
+def test_a_figure_needs_the_columns_of_one_mode(tiny: Path, tmp_path: Path, kind: str, of_mode: list[str]) -> None:
+    """And shows the modes that are stored whole."""
+    named = ["exponent_1", "exponent_2", "rotation_number", "lock", "rule_regressing", *of_mode, "rule_coning"]
+    study.run(study.load_study(tiny).storing(named), tmp_path / "out.h5")
+    assert plot_database(tmp_path / "out.h5", kind, tmp_path / "a.svg").exists()
+    for i, left_out in enumerate(named[:-1]):
+        study.run(study.load_study(tiny).storing([*named[:i], *named[i + 1 :]]), tmp_path / f"{i}.h5")
+        with pytest.raises(ParameterError, match=left_out.replace("regressing", "MODE")):
+            plot_database(tmp_path / f"{i}.h5", kind, tmp_path / "a.svg")
+
+
+@pytest.mark.usefixtures("quick")
+def test_a_run_is_gone_on_with_and_packed_with_its_own_columns(few: Path, tmp_path: Path) -> None:
+    one, out = study.load_study(few), tmp_path / "out.h5"
+    folder = _unpacked(few, out)
+    other = one.storing(["error_regressing", "exponent_1", "lock"])
+    for place in (folder, out):
+        with pytest.raises(InputError, match=f"{place.name} holds this study without lock and with verdict: name the"):
+            study.run(other, out, resume=True)
+        assert study.run(one, out, resume=True).computed == 0
+    out.unlink()
+    folder = _unpacked(few, out)
+    first = min(folder.glob("points-*.h5"))
+    with store.open_file(first) as file:
+        attributes = dict(file.attributes)
+        [(_, rows)] = file.chunks("points", list(one.columns))
+    del rows["verdict"]
+    store.write(first, {"points": rows}, attributes)
+    with pytest.raises(DatabaseError, match=f"1 of 7 shards are damaged or of another study.*{first.name}"):
+        study.pack(folder, out)
+    assert study.run(one, out, resume=True).computed == 1
+    folder = _unpacked(few, tmp_path / "again.h5")
+    about = json.loads((folder / "study.json").read_text())
+    for wrong in (["eror"], 3, [3]):
+        (folder / "study.json").write_text(json.dumps(about | {"columns": wrong}))
+        with pytest.raises(DatabaseError, match=r"study\.json is damaged"):
+            study.pack(folder, tmp_path / "again.h5")
+        with pytest.raises(DatabaseError, match=r"study\.json is damaged"):
+            study.run(one, tmp_path / "again.h5", resume=True)
+
+
+def test_merge_keeps_the_columns_that_all_have_and_says_so(two: tuple[Path, Path], tmp_path: Path) -> None:
+    second = study.load_study(tmp_path / "b.toml").storing(["error_regressing"])
+    study.run(second, tmp_path / "few.h5")
+    with pytest.warns(FloquetWarning, match=r"left out of the table points: exponent_1, exponent_2, "):
+        study.merge([two[0], tmp_path / "few.h5"], tmp_path / "m.h5")
+    with store.open_file(tmp_path / "m.h5") as merged:
+        assert tuple(merged.columns("points")) == second.columns
+        assert list(merged.columns("limits")) == list(store.LIMITS)
+    assert store.verify(tmp_path / "m.h5") == ()
+
+
+# ---------------------------------------------------------------------- shards and chunks
+@pytest.mark.parametrize(("points", "size"), [
+    (100, 4096), (3609, 4096), (200_000, 6250), (2**19, 16384), (10**6, 2 * 16384), (10**7, 20 * 16384),
+    (10**9, 2**20),
+])  # fmt: skip
+def test_shards_of_many_points_are_whole_chunks(points: int, size: int) -> None:
+    plan = Plan(rotors=(Rotor(lock_number=8.0),), advance_ratio=np.zeros(2), tolerances=())
+    object.__setattr__(plan, "_first", np.array([0, points // 2]))
+    assert study._sizes(plan) == {"points": points and size}
+
+
+@pytest.mark.usefixtures("quick")
+def test_rows_and_chunks_do_not_depend_on_shards(tiny: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Blocks that are computed at a time begin at chunks of the database; shards of whole chunks are copied."""
+    monkeypatch.setattr(store, "CHUNK_ROWS", 64)
+    asked: list[tuple[int, int]] = []
+    real, images = study.TABLE_ROWS["points"], {}
+
+    def seen(plan: Any, start: int, stop: int, *columns: Any) -> Any:
+        asked.append((start, stop))
+        return real(plan, start, stop, *columns)
+
+    monkeypatch.setitem(study.TABLE_ROWS, "points", seen)
+    monkeypatch.setattr(study.time, "strftime", lambda *_: "now")
+    for size in (600, 128, 192, 100):  # in whole chunks: 640, 128, 192 (the last shard is less than a chunk), 128
+        monkeypatch.setattr(study, "POINT_SHARD", (size, size))
+        study.run(study.load_study(tiny), tmp_path / f"{size}.h5")
+        images[size] = (tmp_path / f"{size}.h5").read_bytes()
+        assert asked == [(i, min(i + 64, 600)) for i in range(0, 600, 64)]
+        asked.clear()
+    assert len(set(images.values())) == 1
+
+
+@pytest.mark.usefixtures("quick")
+def test_packing_copies_chunks(tiny: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(store, "CHUNK_ROWS", 50)
+    folder = _unpacked(tiny, tmp_path / "out.h5")
+    made, real = [], store.pack
+    monkeypatch.setattr(store, "pack", lambda *given: (made.append(given), real(*given))[1])
+    study.pack(folder, tmp_path / "out.h5")
+    assert len(made) == 12 + 1  # the numbers of the rows; the limits' few rows are one chunk
+    assert store.verify(tmp_path / "out.h5") == ()
+
+
+def test_worker_processes_have_one_thread(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("FLOQUET_THREADS", "8")
+    with study.processes(1) as pool:
+        assert pool.submit(cores).result() == 1
+    assert cores() == 8
 
 
 # ---------------------------------------------------------------------- running

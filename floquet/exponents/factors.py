@@ -25,8 +25,8 @@ from .result import EPS, Array, Stability, plain, shaped, verdict_of
 Index = NDArray[np.intp]
 
 SWEEPS = 12  # clusters whose growth differs by more than e³ a period are separated to the last bit
-SPREAD, CLOSE = 5.0, 1e-12  # one block is enough for multipliers within e⁵, of which it costs the smallest e⁵ eps, or
-# where their bounds are close
+SPREAD = 5.0  # log-spread of multipliers up to which one block is enough: it costs e⁵ eps of the smallest
+CLOSE, FAR = 1e-12, 15.0  # so it is up to a spread of 15 where bounds are close
 COUPLING = 1e-13  # what remains below the diagonal of separated clusters
 REFLECTIONS = 4.0  # eps of a column: what a QR factorisation does to it
 
@@ -64,11 +64,11 @@ def _log_multipliers(group: Factors, places: Index, twist: Array) -> tuple[Compl
     """Logarithms (k, n) of the eigenvalues of twist·F_K…F_1 for cases of a group, and bounds of their errors."""
     E, in_lanes = np.diag(twist)[None], group.maps.shape[-1] > 1
     if not in_lanes:
-        found = multipliers(E, *group.of(places), closely=False)
+        found = multipliers(E, *group.of(places), closely=False, within=FAR)
     else:
         of_all, clear = multipliers_of_lanes(twist, group.maps, group.errors, len(group.cases))
         found = of_all[0][places], of_all[1][places], of_all[2][places]
-        _replace(found, ~clear[places], lambda some: multipliers(E, *group.of(places[some]), closely=False))
+        _replace(found, ~clear[places], lambda some: multipliers(E, *group.of(places[some]), closely=False, within=FAR))
     logs, bounds = _logarithms(*found)
     wide = ~(np.ptp(logs.real, axis=-1) <= SPREAD) & ~(bounds.max(axis=-1) <= CLOSE)
     wide &= np.isfinite(found[0]).all(axis=-1)

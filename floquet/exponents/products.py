@@ -30,6 +30,7 @@ Complex = NDArray[np.complex128]
 Flags = NDArray[np.bool_]
 BACKWARD = 16.0  # eps of |B|: what LAPACK's QR steps do; seen are 10, in 10 000 matrices
 SHARE = 0.1  # of G_ii: what the other entries of its row add to the bound
+AT_ONCE = 512  # factors between a half and one that are multiplied: their product is a normal number
 POOR = 1e-8  # of an eigenvalue: bounds above are those of eigenvalues too close for discs
 
 
@@ -69,23 +70,32 @@ def multipliers_of_lanes(
     return (values, radius, exponents.reshape(-1)[:count] * math.log(2.0)), clear
 
 
-def multipliers(left: Array, maps: Array, errors: Array, *, closely: bool = True) -> tuple[Complex, Array, Array]:
+def multipliers(
+    left: Array, maps: Array, errors: Array, *, closely: bool = True, within: float = math.inf
+) -> tuple[Complex, Array, Array]:
     """Eigenvalues·exp(-scale) (cases, n) of left·F_K…F_1, their bounds, and scale (cases,).
 
     ``left``, E, is (cases or 1, n, n), maps are (cases, K, n, n), errors (cases, K).  ``closely``: where discs join and
-    say little look at clusters of eigenvalues, case by case.
+    say little look at clusters of eigenvalues, case by case.  ``within``: where logarithms of all cases' eigenvalues
+    differ by more there are no bounds.
     """
+    if maps.shape[-1] == 1:
+        return _numbers(left, maps, errors)
     maps, errors, exponent = _scaled(maps, errors)
     cases, panels, n, _ = maps.shape
     before = [np.broadcast_to(np.eye(n), (cases, n, n))]
     for k in range(panels):
         before.append(maps[:, k] @ before[k])
+    B = left @ before[-1]
+    values, X, Y = _vectors(B)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        if np.all(np.ptp(np.log(np.abs(values)), axis=-1) > within):
+            return values, np.full(values.shape, np.inf), exponent * math.log(2.0)
     after = [np.broadcast_to(left, (cases, n, n))]
     for k in range(panels - 1, 0, -1):
-        after.insert(0, after[0] @ maps[:, k])
-    B = left @ before[-1]
+        after.append(after[-1] @ maps[:, k])
+    after.reverse()
     rounding = noise(n) * size_of(maps)
-    values, X, Y = _vectors(B)
     with np.errstate(over="ignore", invalid="ignore"):
         residual = _length(B @ X - X * values[:, None, :], -2) + noise(n) * size_of(B)[:, None]
         G, total, ahead = _length(Y, -1)[:, :, None] * residual[:, None, :], np.zeros(cases), X
@@ -100,6 +110,20 @@ def multipliers(left: Array, maps: Array, errors: Array, *, closely: bool = True
             e = total[case] + BACKWARD * EPS * float(np.linalg.norm(B[case]))
             radius[case] = np.fmin(radius[case], cluster_bounds(B[case], values[case], e))
     return values, radius, exponent * math.log(2.0)
+
+
+def _numbers(left: Array, maps: Array, errors: Array) -> tuple[Complex, Array, Array]:
+    """Of products of numbers, 1×1 matrices."""
+    r = maps[..., 0, 0]
+    product, exponent = np.broadcast_to(left[..., 0, 0], r.shape[:1]), np.zeros(len(r))
+    for first in range(0, r.shape[1], AT_ONCE):
+        mantissas, powers = np.frexp(r[:, first : first + AT_ONCE])
+        product, power = np.frexp(product * np.prod(mantissas, axis=1))
+        exponent += powers.sum(axis=1) + power
+    with np.errstate(divide="ignore", invalid="ignore"):
+        radius = np.abs(product) * ((errors / np.abs(r)).sum(axis=1) + EPS * r.shape[1])
+    radius = np.where(np.isfinite(radius), radius, np.inf)
+    return product[:, None].astype(complex), radius[:, None], exponent * math.log(2.0)
 
 
 def poor(values: Complex, radius: Array) -> Flags:
