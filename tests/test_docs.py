@@ -23,7 +23,8 @@ from floquet.cli import command
 from floquet.comparison import Cause, Metric, Rule
 from floquet.exponents import Verdict
 from floquet.rotorfile import PhysicalTable, RotorTable
-from floquet.studyfile import AxesTable, CompareTable, RotorsTable, StudyTable, load_study
+from floquet.store import ALWAYS, POINTS
+from floquet.studyfile import AxesTable, CompareTable, OutputTable, RotorsTable, StudyTable, load_study
 from floquet.tomlfile import Table
 
 ROOT = Path(__file__).resolve().parent.parent
@@ -105,9 +106,16 @@ def test_files_are_as_the_page_shows_them(checkout: Path) -> None:
     assert set(rotor.sources) == {"radius", "flap_inertia"}
     assert sum(math.prod(one.shape) for one in study.plan.rotors) == 31 and len(study.plan.advance_ratio) == 101
     assert study.plan.physics.tip_loss == 0.97 and len(study.plan.tolerances) == 3
+    assert len(ALWAYS) < len(study.columns) < len(POINTS) and "lock" in study.columns
 
 
-@pytest.mark.parametrize("table", [RotorTable, PhysicalTable, StudyTable, RotorsTable, AxesTable, CompareTable])
+def test_columns_that_are_always_stored_stand_on_the_page() -> None:
+    text = (ROOT / "docs" / "files.md").read_text(encoding="utf-8").split("**Always there**")[1].split("\n* ")[0]
+    assert set(re.findall(r"`(\w+)`", text)) == set(ALWAYS)
+
+
+@pytest.mark.parametrize("table", [RotorTable, PhysicalTable, StudyTable, RotorsTable, AxesTable, CompareTable,
+                                   OutputTable])  # fmt: skip
 def test_every_key_of_a_file_stands_in_a_table(table: type[Table]) -> None:
     rows = [line for line in (ROOT / "docs" / "files.md").read_text(encoding="utf-8").splitlines() if line[:1] == "|"]
     first = re.findall(r"`(?:\w+\.)?(\w+)`", "\n".join(row.split("|")[1] for row in rows))
