@@ -82,7 +82,7 @@ def finished(m: Any, unit: Any, sums: Any) -> Any:
     """
     half, product = 0.5 * (m[0] - m[3]), m[1] * m[2]
     rounding = 2.0 * EPS * (half * half + abs(product))
-    # large maps: products are rounded too, which shows in the determinant (D = τ² - det Φ); next to ±I it must not count
+    # products of large maps are rounded too, which shows in the determinant (D = τ² - det Φ); next to ±I it must not
     defect = (abs(product) > 1.0) * abs(m[0] * m[3] - product - 1.0)
     D_error = sums[1] + sums[2] * sums[2] + rounding + defect
     return m[0], m[1] * unit, m[2] / unit, m[3], 0.5 * sums[0], D_error, half * half + product
