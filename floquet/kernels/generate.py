@@ -7,7 +7,8 @@ u'(0) = 0) and v (0, 1) of y'' = p y, primes d/dx, have the Taylor coefficients:
 
 Loops over k and j cost more than the arithmetic in them, and an array of coefficients a point would live in memory: so
 every coefficient gets a name of its own, products with 0 and 1 are left out, and the compiler keeps what it can in
-registers.  A test compares the file with what this program writes.
+registers.  There are more coefficients than registers, so the order of the lines decides how often they are fetched:
+one order after the other would be held up by that, two at a time are not.  A test compares the file with what this program writes.
 """
 
 from __future__ import annotations
@@ -57,13 +58,21 @@ def times(y: str, factor: str) -> str:
 
 
 def series(order: int) -> list[str]:
-    """The coefficients of u and v."""
+    """The coefficients of u and v: those of two orders side by side, term by term.
+
+    Order k + 1 does not need y_{k+2}, so both grow together: a p_j that was fetched is used four times, and a y_k twice.
+    """
     lines = []
-    for k in range(order - 1):
-        for y in "uv":
-            terms = [times(f"{y}{k - j}", f"p{j}") for j in range(k, -1, -1) if f"{y}{k - j}" not in ZERO]
-            if terms:
-                lines.append(f"{y}{k + 2} = ({' + '.join(terms)}) * {1.0 / ((k + 1) * (k + 2))!r}")
+    for first in range(0, order - 1, 2):
+        orders = [k for k in (first, first + 1) if k < order - 1]
+        terms = {(y, k): [j for j in range(k, -1, -1) if f"{y}{k - j}" not in ZERO] for y in "uv" for k in orders}
+        for j in range(orders[-1], -1, -1):
+            for (y, k), places in terms.items():
+                if j in places:
+                    name, term = f"{y}{k + 2}", times(f"{y}{k - j}", f"p{j}")
+                    total = term if j == places[0] else f"{name} + {term}"
+                    scale = 1.0 / ((k + 1) * (k + 2))
+                    lines.append(f"{name} = ({total}) * {scale!r}" if j == places[-1] else f"{name} = {total}")
     return lines
 
 

@@ -144,7 +144,8 @@ def map_equal_panels(
         terms = np.ascontiguousarray(q if len(q) == 5 else np.concatenate([q, np.zeros((5 - len(q), q.shape[1]))]))
         for count, points in _grouped(index, counts):
             half = 0.5 * period / count
-            hill_lanes.hill_blocks(terms, size, hill_lanes.blocks(points), *tables(count, angle, period), half, out)
+            filled, tabled = (hill_lanes.blocks(points), len(points)), tables(count, angle, period)
+            hill_lanes.hill_blocks(terms, size, *filled, *tabled, half, out)
         return
     map_panels(equal_panels(q[:, index], counts, period, angle), size[index], 0.5 * period / counts, index, out)
 

@@ -17,6 +17,7 @@ from . import closing, hill
 from .compiler import inlined, kernel
 from .elementary import arcsinh, arctan2
 from .hill import COEFFICIENTS, EPS, ROUNDING, TRUNCATION
+from .lanes import WIDTH
 from .taylor import panel, two_harmonics, weights
 
 __all__ = ["LANES", "blocks", "close_rows", "hill_blocks"]
@@ -45,11 +46,11 @@ def blocks(index: NDArray[np.intp]) -> NDArray[np.intp]:
 
 
 @kernel
-def forward(q: Any, before: Any, step: Any, cosine: Any, table: Any) -> None:
+def forward(q: Any, before: Any, step: Any, cosine: Any, table: Any, lanes: int) -> None:
     """One panel: F, the bound of its truncation, and its product with what is before."""
     c1, s1, c2, s2 = cosine[0], cosine[1], cosine[2], cosine[3]
     w = _weights(table)
-    for i in range(LANES):
+    for i in range(lanes):
         q1, q2, q3, q4 = q[LANES + i], q[2 * LANES + i], q[3 * LANES + i], q[4 * LANES + i]
         even_1, odd_1 = q1 * c1 + q2 * s1, q2 * c1 - q1 * s1
         even_2, odd_2 = q3 * c2 + q4 * s2, q4 * c2 - q3 * s2
@@ -62,9 +63,9 @@ def forward(q: Any, before: Any, step: Any, cosine: Any, table: Any) -> None:
 
 
 @kernel
-def backward(step: Any, before: Any, state: Any, point: Any) -> None:
+def backward(step: Any, before: Any, state: Any, point: Any, lanes: int) -> None:
     """Weigh the errors of a panel and put it to the product after it."""
-    for i in range(LANES):
+    for i in range(lanes):
         f = (step[i], step[LANES + i], step[2 * LANES + i], step[3 * LANES + i])
         p = (before[4 * LANES + i], before[5 * LANES + i], before[6 * LANES + i], before[7 * LANES + i])
         a = (state[i], state[LANES + i], state[2 * LANES + i], state[3 * LANES + i])
@@ -86,27 +87,29 @@ def unit(m: Any) -> None:
 
 
 @kernel
-def hill_blocks(q: Any, size: Any, points: Any, cosines: Any, table: Any, half: float, out: Any) -> None:
-    """:func:`floquet.kernels.hill.hill_map` for blocks of points."""
+def hill_blocks(q: Any, size: Any, index: Any, count: int, cosines: Any, table: Any, half: float, out: Any) -> None:
+    """:func:`floquet.kernels.hill.map_equal_panels` for ``count`` points in :func:`blocks`."""
     panels = len(cosines)
     steps = np.empty((panels + 1, 9 * LANES))
     rows, state, point = np.empty(5 * LANES), np.empty(9 * LANES), np.empty(2 * LANES)
-    for block in points:
-        for i in range(LANES):
+    for b in range(len(index)):
+        block = index[b]
+        lanes = min(LANES, -(-(count - b * LANES) // WIDTH) * WIDTH)  # of the last block no more than are wanted
+        for i in range(lanes):
             for r in range(5):
                 rows[r * LANES + i] = q[r, block[i]]
             point[LANES + i] = EPS * COEFFICIENTS * half * half * size[block[i]]
         unit(steps[0, 4 * LANES :])
         for s in range(panels):
-            forward(rows, steps[s], steps[s + 1], cosines[s], table)
+            forward(rows, steps[s], steps[s + 1], cosines[s], table, lanes)
         last = steps[panels, 4 * LANES :]
-        for i in range(LANES):
+        for i in range(lanes):
             point[i] = 0.5 * (last[i] + last[3 * LANES + i])
         state[:] = 0.0
         unit(state)
         for s in range(panels, 0, -1):
-            backward(steps[s], steps[s - 1], state, point)
-        for i in range(LANES):
+            backward(steps[s], steps[s - 1], state, point, lanes)
+        for i in range(lanes):
             m = (last[i], last[LANES + i], last[2 * LANES + i], last[3 * LANES + i])
             sums = (state[4 * LANES + i], state[5 * LANES + i], state[6 * LANES + i])
             k = block[i]
