@@ -8,7 +8,9 @@ u'(0) = 0) and v (0, 1) of y'' = p y, primes d/dx, have the Taylor coefficients:
 Loops over k and j cost more than the arithmetic in them, and an array of coefficients a point would live in memory: so
 every coefficient gets a name of its own, products with 0 and 1 are left out, and the compiler keeps what it can in
 registers.  There are more coefficients than registers, so the order of the lines decides how often they are fetched:
-one order after the other would be held up by that, two at a time are not.  A test compares the file with what this program writes.
+one order after the other would be held up by that, two at a time are not.
+
+A test compares the file with what this program writes.
 """
 
 from __future__ import annotations
@@ -60,7 +62,7 @@ def times(y: str, factor: str) -> str:
 def series(order: int) -> list[str]:
     """The coefficients of u and v: those of two orders side by side, term by term.
 
-    Order k + 1 does not need y_{k+2}, so both grow together: a p_j that was fetched is used four times, and a y_k twice.
+    Order k + 1 does not need y_{k+2}, so both grow together: a p_j is fetched for four products, a y_k for two.
     """
     lines = []
     for first in range(0, order - 1, 2):
