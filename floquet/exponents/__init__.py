@@ -31,7 +31,7 @@ def stability(
     *,
     panels: int | None = None,
     symmetry: bool = True,
-    map: bool = False,
+    map: bool | str = False,
     check: bool = False,
     certify: bool = False,
 ) -> Stability:
@@ -45,10 +45,11 @@ def stability(
         Fixes the resolution, for convergence studies.
     symmetry : bool
         Identical blades: take the exponents of one blade, shifted by whole numbers; False integrates all coordinates.
-    map : bool
+    map : bool or str
         A scalar equation (one blade, a teetering rotor, Mathieu) over a tensor grid of parameters: solve it at nodes
-        and take polynomials between them, twenty times as fast with bounds some five times as wide; what no nodes can
-        carry is solved as without.  See :mod:`floquet.period_map.chebyshev`.
+        and take polynomials between them, ten times as fast with bounds some five times as wide; what no nodes can
+        carry is solved as without.  The name of a parameter has nodes along its axis alone, and answers that do not
+        depend on what else is on the grid.  See :mod:`floquet.period_map.chebyshev`.
     check : bool
         Compute the exponents a second time by Koopman–Hill projection, which shares no mechanism with the period map;
         a :class:`~floquet.errors.FailedError` if the two disagree beyond their bounds.
@@ -67,12 +68,12 @@ def stability(
     return certified(found, system) if certify else found
 
 
-def _computed(system: PeriodicSystem, panels: int | None, symmetry: bool, map: bool) -> Stability:
+def _computed(system: PeriodicSystem, panels: int | None, symmetry: bool, map: bool | str) -> Stability:
     if system.constant:
         return of_constant(system)
     if system.blade is not None and symmetry:
         return of_identical(_computed(system.blade, panels, symmetry, map), system.degrees, system.period)
-    if map and (grid := TensorGrid.of(system)) is not None:
+    if map and (grid := TensorGrid.of(system, None if map is True else map)) is not None:
         return of_grid(grid)
     if system.second_order and (cases := math.prod(system.cases)) >= POINTS:
         keep_memory()

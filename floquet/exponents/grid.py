@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from ..kernels import cores, keep_memory
 from ..kernels.grid import Exponents, Tile, close_tile
 from ..period_map import Method
-from ..period_map.chebyshev import boxes
+from ..period_map.chebyshev import boxes, regions
 from ..period_map.grid import UNTOUCHED, direct_map, remaining, tiles
 from ..period_map.tensor import TensorGrid
 from .hill import of_hill
@@ -24,7 +24,7 @@ __all__ = ["of_grid"]
 
 T = TypeVar("T")
 LINE = 64  # bytes of a line of the processor's cache
-TOGETHER = 256  # values on the axes without nodes whose boxes are in memory at once
+TOGETHER = 16  # batches of nodes whose boxes are in memory at once
 
 
 def of_grid(grid: TensorGrid) -> Stability:
@@ -40,13 +40,13 @@ def of_grid(grid: TensorGrid) -> Stability:
         close_tile(tile, int(Method.MAP), out)
 
     def solve(some: tuple[NDArray[np.intp], bool]) -> None:
-        found = of_hill(direct_map(grid.system, *some))
+        found = of_hill(direct_map(grid.system, *some), compiled=True)
         for name, values in fields.items():
             values[some[0]] = getattr(found, name)
 
     with ThreadPoolExecutor(cores()) as pool:
-        for regions in _by(TOGETHER, grid.regions()):
-            found = [box for each in pool.map(boxes, regions) for box in each]
+        for some in _by(TOGETHER, regions(grid)):
+            found = [box for each in pool.map(boxes, some) for box in each]
             list(pool.map(close, (tile for box in found for tile in tiles(box))))
         list(pool.map(solve, remaining(out.method)))
     shaped: dict[str, Any] = {

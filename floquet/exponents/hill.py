@@ -11,10 +11,10 @@ from .result import Stability, plain
 __all__ = ["of_hill"]
 
 
-def of_hill(phi: PeriodMap) -> Stability:
-    """[α+iρ, α-iρ], in a lock [σ₁+iρ, σ₂+iρ]."""
+def of_hill(phi: PeriodMap, *, compiled: bool | None = None) -> Stability:
+    """[α+iρ, α-iρ], in a lock [σ₁+iρ, σ₂+iρ]; ``compiled``: by compiled kernels, however few the points."""
     assert phi.rows is not None and phi.methods is not None
-    found, shape = exponents_of(phi.rows, phi.mean, phi.period), phi.shape
+    found, shape = exponents_of(phi.rows, phi.mean, phi.period, compiled=compiled), phi.shape
     bound = found["bound"].reshape(shape)
     full = {
         "determinant_defect": found["defect"],

@@ -24,7 +24,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from . import worth_compiling
+from . import available, worth_compiling
 
 __all__ = ["closed", "exponents_of"]
 
@@ -70,13 +70,16 @@ def closed(m: Any, tau_error: Any, D: Any, b: Any, zeros: Any, alpha: Any, T: An
     return growth, rho, locked, bound, verdict, reason, abs(m[0] * m[3] - m[1] * m[2] - 1.0)
 
 
-def exponents_of(rows: Array, alpha: Array, T: float) -> dict[str, NDArray[Any]]:
-    """Exponents (n, 2) complex and what goes with them, of maps ``rows`` (:data:`floquet.kernels.hill.ROWS`, n)."""
+def exponents_of(rows: Array, alpha: Array, T: float, *, compiled: bool | None = None) -> dict[str, NDArray[Any]]:
+    """Exponents (n, 2) complex and what goes with them, of maps ``rows`` (:data:`floquet.kernels.hill.ROWS`, n).
+
+    ``compiled`` says whether they stand for many more; by their number if left out.
+    """
     n = rows.shape[1]
     out: dict[str, NDArray[Any]] = {"exponents": np.empty((n, 2), complex)}
     out |= {name: np.empty(n) for name in ("bound", "rho", "lock", "defect")}
     out |= {name: np.empty(n, np.int8) for name in ("verdict", "reason")}
-    if worth_compiling(n):
+    if worth_compiling(n) if compiled is None else compiled and available():
         from . import hill_lanes as lanes
 
         parts = out["exponents"].view(float)

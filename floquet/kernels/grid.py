@@ -48,8 +48,8 @@ class Tile(NamedTuple):
     """Some rows and columns of a grid.
 
     ``values`` (rows' nodes, 7, columns' nodes) are the :data:`FIELDS`; ``x`` (r,) and ``z`` (c,) the parameters of rows
-    and columns, ``row_places`` and ``column_places`` add up to a point's place among all.  A point whose bound is above
-    ``most`` is left out.  ``panels`` are those of each node.
+    and columns, ``row_places`` and ``column_places`` add up to a point's place among all.  ``units`` (r,) make y'
+    comparable with y, ``panels`` (r,) are those of each node.  A point whose bound is above ``most`` is left out.
     """
 
     values: Array
@@ -61,10 +61,10 @@ class Tile(NamedTuple):
     z_weights: Array
     row_places: Places
     column_places: Places
-    unit: float
+    units: Array
+    panels: NDArray[np.int64]
     period: float
     most: float
-    panels: int
 
 
 class Exponents(NamedTuple):
@@ -141,7 +141,7 @@ def tile_rows(tile: Tile) -> tuple[Array, Array, NDArray[np.bool_]]:
     with np.errstate(invalid="ignore", over="ignore"):
         rows[:4], rows[4] = m, tau_error
         rows[8], rows[5] = judged(m, tau_error)
-        rows[6], certain = zeros_of(m, quarters, tile.unit)
+        rows[6], certain = zeros_of(m, quarters, np.repeat(tile.units, len(tile.z)))
         rows[7] = 0.0
         return rows, alpha, certain & within(rows[8], rows[5], rows[4], tile.most, tile.period)
 
@@ -160,4 +160,4 @@ def close_tile(tile: Tile, method: int, out: Exponents) -> None:
     out.exponent_errors.reshape(-1, 2)[places] = found["bound"][:, None]
     out.determinant_defect[places], out.rotation_number[places] = found["defect"], found["rho"]
     out.lock[places], out.verdict[places], out.reason[places] = found["lock"], found["verdict"], found["reason"]
-    out.method[places], out.panels[places] = np.where(kept, method, LEFT_OUT), tile.panels
+    out.method[places], out.panels[places] = np.where(kept, method, LEFT_OUT), np.repeat(tile.panels, len(tile.z))

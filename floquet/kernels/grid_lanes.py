@@ -154,11 +154,11 @@ def close_tile(tile: Any, method: int, out: Any) -> None:
         together = places[count - 1] - places[0] == count - 1 and np.all(places[1:] > places[:-1])
         for r in range(len(tile.x)):
             combined(rows[r], polynomials, as_lanes(fields.reshape(ALL, GROUPS, WIDTH)))
-            judge_block(fields.reshape(-1), block, kept, tile.unit, tile.period, tile.most)
+            judge_block(fields.reshape(-1), block, kept, tile.units[r], tile.period, tile.most)
             close_block(block, found, tile.period)
             first = tile.row_places[r]
             if together:
                 first += places[0]
-                side_by_side(block, found, kept, first, first + count, tile.panels, method, out)
+                side_by_side(block, found, kept, first, first + count, tile.panels[r], method, out)
             else:
-                apart(block, found, kept, first, places, tile.panels, method, out)
+                apart(block, found, kept, first, places, tile.panels[r], method, out)

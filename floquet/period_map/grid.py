@@ -18,7 +18,7 @@ from ..kernels import available
 from ..kernels.grid import FIELDS, LEFT_OUT, Tile, cardinals, judged, tile_rows
 from ..kernels.hill import ROWS
 from ..periodic import PeriodicSystem
-from .chebyshev import Box, boxes
+from .chebyshev import Box, boxes, regions
 from .hill import hill_map
 from .precise import TOLERANCE
 from .result import Method, PeriodMap
@@ -35,43 +35,55 @@ ROWS_A_TILE, POINTS_A_TILE = 64, 65536  # the polynomials of columns are made on
 
 
 def tiles(box: Box) -> Iterator[Tile]:
-    """The points of a box, some at a time: rows and columns, for every place on the first of three axes."""
-    first, added = box.region.places()
-    x, values = box.region.values, np.moveaxis(box.values, 0, -2)  # (…, 7, columns' nodes)
-    if len(x) == 3:
+    """The points of a box, some at a time.
+
+    Rows and columns of a tile are the last two axes, for every place on the others.  Where there is one axis the rows
+    are places, each a node of its own.
+    """
+    firsts, added = box.region.places()
+    values = np.moveaxis(box.values, 0, -2)  # (b, …, 7, columns' nodes)
+    if len(added) == 1:
+        for i in range(0, len(firsts), ROWS_A_TILE):
+            some = slice(i, i + ROWS_A_TILE)
+            rows = np.arange(len(firsts[some]), dtype=float)
+            yield from _tiles(box, some, values[some], (rows, np.ones_like(rows)), rows, firsts[some])
+        return
+    x = box.region.values
+    for i, first in enumerate(firsts):
+        one, across = slice(i, i + 1), (box.nodes[-2], box.weights[-2])
+        if len(added) == 2:
+            yield from _tiles(box, one, values[i], across, x[0], first + added[0])
+            continue
         for place, e in zip(added[0], cardinals(x[0], box.nodes[0], box.weights[0]), strict=True):
             weight = np.repeat(e[:, None], len(FIELDS), axis=1)
             weight[:, -1] = np.abs(e)
-            plane = np.ascontiguousarray(np.einsum("af,abfc->bfc", weight, values))
-            yield from _tiles(box, plane, x[1:], added[1:], first + int(place))
-    elif len(x) == 2:
-        yield from _tiles(box, np.ascontiguousarray(values), x, added, first)
-    else:
-        one = np.zeros(1)  # row, at its one node
-        yield from _tiles(box, np.ascontiguousarray(values[None]), (one, *x), (one.astype(np.intp), *added), first)
+            plane = np.einsum("af,abfc->bfc", weight, values[i])
+            yield from _tiles(box, one, plane, across, x[1], first + place + added[1])
 
 
-def _tiles(box: Box, values: Array, x: tuple[Array, ...], added: tuple[Places, ...], first: int) -> Iterator[Tile]:
-    nodes, weights = box.nodes[-2:], box.weights[-2:]
-    if len(nodes) == 1:
-        nodes, weights = (np.zeros(1), *nodes), (np.ones(1), *weights)
-    rows = min(len(x[0]), ROWS_A_TILE)
+def _tiles(
+    box: Box, some: slice, values: Array, across: tuple[Array, Array], x: Array, row_places: Places
+) -> Iterator[Tile]:
+    """Rows at ``x`` of places ``some``, from nodes and weights ``across``."""
+    z, column_places = box.region.values[-1], box.region.places()[1][-1]
+    units, panels = (np.broadcast_to(v[some], x.shape) for v in (box.units, box.panels))
+    rows = min(len(x), ROWS_A_TILE)
     columns = POINTS_A_TILE // rows
-    for i, j in itertools.product(range(0, len(x[0]), rows), range(0, len(x[1]), columns)):
+    for i, j in itertools.product(range(0, len(x), rows), range(0, len(z), columns)):
         yield Tile(
-            values=values,
-            x=x[0][i : i + rows],
-            x_nodes=nodes[0],
-            x_weights=weights[0],
-            z=x[1][j : j + columns],
-            z_nodes=nodes[1],
-            z_weights=weights[1],
-            row_places=first + added[0][i : i + rows],
-            column_places=added[1][j : j + columns],
-            unit=box.unit,
+            values=np.ascontiguousarray(values),
+            x=x[i : i + rows],
+            x_nodes=across[0],
+            x_weights=across[1],
+            z=z[j : j + columns],
+            z_nodes=box.nodes[-1],
+            z_weights=box.weights[-1],
+            row_places=row_places[i : i + rows],
+            column_places=column_places[j : j + columns],
+            units=np.ascontiguousarray(units[i : i + rows]),
+            panels=np.ascontiguousarray(panels[i : i + rows]),
             period=box.region.grid.system.period,
             most=TOLERANCE,
-            panels=box.panels,
         )
 
 
@@ -87,7 +99,7 @@ def direct_map(system: PeriodicSystem, index: Places, carried: bool) -> PeriodMa
     Products of large entries are rounded by more than the panels' allowances in one of a million points; det Φ tells.
     """
     if not carried:
-        return hill_map(system.part(index))
+        return hill_map(system.part(index), compiled=available())
     phi = hill_map(system.part(index), precise=False, compiled=available())
     assert phi.rows is not None
     m, large = tuple(phi.rows[:4]), np.abs(phi.rows[1] * phi.rows[2]) > 1.0  # else Φ may be near ±I, and D near h²
@@ -101,11 +113,12 @@ def grid_map(system: PeriodicSystem) -> PeriodMap:
     n = math.prod(shape)
     rows, alpha = np.empty((len(ROWS), n)), np.empty(n)
     panels, methods = np.zeros(n, np.int32), np.full(n, UNTOUCHED, np.int8)
-    for box in (box for region in (grid.regions() if grid else ()) for box in boxes(region)):
+    for box in (box for region in (regions(grid) if grid else ()) for box in boxes(region)):
         for tile in tiles(box):
             places = (tile.row_places[:, None] + tile.column_places).ravel()
             rows[:, places], alpha[places], kept = tile_rows(tile)
-            panels[places], methods[places] = box.panels, np.where(kept, Method.MAP, LEFT_OUT)
+            panels[places] = np.repeat(tile.panels, len(tile.z))
+            methods[places] = np.where(kept, Method.MAP, LEFT_OUT)
     for index, carried in remaining(methods):
         phi = direct_map(system, index, carried)
         assert phi.rows is not None and phi.methods is not None

@@ -42,12 +42,12 @@ def hill_map(
     *,
     precise: bool = True,
     compiled: bool | None = None,
-    alike: bool = False,
+    alike: int = 1,
 ) -> PeriodMap:
     """Map of one scalar equation.
 
     ``precise``: in forty digits next to branch points; ``compiled``: by compiled kernels, however few the points;
-    ``alike``: all points on the panels of the stiffest, so that they fill blocks of lanes.
+    ``alike``: so many points one after another are mapped on the panels of the stiffest of them.
     """
     shape = system.cases
     part = system.part(slice(None))
@@ -121,9 +121,9 @@ def _map_smooth(
     used: NDArray[np.int32],
     *,
     compiled: bool | None,
-    alike: bool,
+    alike: int,
 ) -> None:
-    """One trigonometric polynomial over the period: equal panels; ``alike``: as many for all points."""
+    """One trigonometric polynomial over the period: equal panels."""
     terms = np.ascontiguousarray(q.coefficients[:, 0, :, 0, 0].T)
     angle = period / q.period
 
@@ -133,8 +133,8 @@ def _map_smooth(
         used[points] = counts
 
     rung = _first_rung(terms, 2.0 * math.pi / q.period)
-    if alike:
-        rung[:] = rung.max()
+    if alike > 1:
+        rung = rung.reshape(-1, alike).max(axis=1).repeat(alike)
     _refined(rung, rows, bool(panels), solve)
 
 

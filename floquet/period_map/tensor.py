@@ -1,12 +1,11 @@
 """Tensor grids of parameters: which axes can carry nodes, and the parameters at points and between them.
 
 An axis of the cases can carry nodes where one parameter varies along it, or several that are straight functions of one
-(ε and m = 1.5 ε).  Values may be in any order and repeat.  The grid is gone through value by value along the others.
+(ε and m = 1.5 ε).  Values may be in any order and repeat.  Along the others every place has nodes of its own.
 """
 
 from __future__ import annotations
 
-import itertools
 import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
@@ -82,24 +81,32 @@ class TensorGrid:
     axes: tuple[Axis, ...]
 
     @staticmethod
-    def of(system: PeriodicSystem) -> TensorGrid | None:
-        """None for what is no scalar equation on a grid that is worth nodes."""
-        if system.constant or system.equation is None or system.degrees != 1 or math.prod(system.cases) < LEAST:
+    def of(system: PeriodicSystem, along: str | None = None) -> TensorGrid | None:
+        """None for what is no scalar equation on a grid that is worth nodes.
+
+        ``along`` names the one parameter whose axis is to carry nodes.  What becomes of a point then does not depend on
+        how many places there are on the other axes.
+        """
+        if system.constant or system.equation is None or system.degrees != 1:
             return None
         shape = system.cases
         parameters = {name: _collapsed(p, len(shape)) for name, p in system.equation.parameters.items()}
         found = [Axis.of(parameters, k) for k in range(len(shape)) if shape[k] >= SHORTEST]
-        axes = [axis for axis in found if axis is not None]
+        axes = [axis for axis in found if axis is not None and along in (None, axis.parameter)]
+        if along is None and math.prod(shape) < LEAST:
+            return None
         longest = sorted(axes, key=lambda axis: -len(axis.values))[:MOST_AXES]
         chosen = tuple(axis for axis in axes if axis in longest)
         return TensorGrid(system=system, shape=shape, parameters=parameters, axes=chosen) if chosen else None
 
-    def regions(self) -> Iterator[Region]:
-        """All of the grid, for every place on the axes without nodes."""
+    def regions(self, together: int) -> Iterator[Region]:
+        """All of the grid, so many places on the axes without nodes at a time."""
         carrying = {axis.place for axis in self.axes}
-        ranges = [range(1 if k in carrying else n) for k, n in enumerate(self.shape)]
+        lengths = [1 if k in carrying else n for k, n in enumerate(self.shape)]
         spans = tuple(slice(0, len(axis.values)) for axis in self.axes)
-        return (Region(self, fixed, spans) for fixed in itertools.product(*ranges))
+        for start in range(0, math.prod(lengths), together):
+            places = np.arange(start, min(start + together, math.prod(lengths)))
+            yield Region(self, np.stack(np.unravel_index(places, lengths), axis=1), spans)
 
 
 def between(first: Any, last: Any, t: Any) -> Any:
@@ -123,11 +130,18 @@ def _collapsed(values: NDArray[Any], axes: int) -> NDArray[Any]:
 
 @dataclass(frozen=True, eq=False)
 class Region:
-    """A part of a grid: one place on every axis without nodes, a span of the ascending values of every axis with."""
+    """A part of a grid: a span of the ascending values of every axis with nodes, at some places on the others.
+
+    ``fixed`` (b, axes of the cases) are the places, 0 on the axes with nodes.
+    """
 
     grid: TensorGrid
-    fixed: tuple[int, ...]
+    fixed: Places
     spans: tuple[slice, ...]
+
+    def __len__(self) -> int:
+        """The places on the axes without nodes."""
+        return len(self.fixed)
 
     @property
     def lengths(self) -> tuple[int, ...]:
@@ -136,7 +150,7 @@ class Region:
 
     @property
     def points(self) -> int:
-        """All of them."""
+        """All of them at one place."""
         return math.prod(self.lengths)
 
     @property
@@ -149,6 +163,10 @@ class Region:
         """Whether there is room for nodes."""
         return all(len(x) > 1 and _long(x) for x in self.values)
 
+    def at(self, which: NDArray[Any]) -> Region:
+        """The same spans at some of the places."""
+        return replace(self, fixed=self.fixed[which])
+
     def cut(self, k: int) -> list[Region]:
         """Two regions, cut in the middle of the range of axis k."""
         x, span = self.values[k], self.spans[k]
@@ -156,33 +174,37 @@ class Region:
         halves = (slice(span.start, middle), slice(middle, span.stop))
         return [replace(self, spans=(*self.spans[:k], half, *self.spans[k + 1 :])) for half in halves]
 
-    def places(self) -> tuple[int, tuple[Places, ...]]:
-        """Place of the first point among all cases, and what the values of each axis add to it."""
+    def places(self) -> tuple[Places, tuple[Places, ...]]:
+        """Places (b,) of the first points among all cases, and what the values of each axis add to them."""
         steps = [math.prod(self.grid.shape[k + 1 :]) for k in range(len(self.grid.shape))]
-        first = sum(i * step for i, step in zip(self.fixed, steps, strict=True))
         added = (axis.order[s] * steps[axis.place] for axis, s in zip(self.grid.axes, self.spans, strict=True))
-        return first, tuple(added)
+        return self.fixed @ np.array(steps, np.intp), tuple(added)
 
     def parameters(self, index: tuple[Places, ...], coordinates: tuple[Array, ...]) -> dict[str, NDArray[Any]]:
         """Of points (s,), by their index in the span of each axis, followed by places (n,) between the points.
 
-        What does not vary along the axes with nodes is a single number.
+        One place on the axes without nodes after the other, b (s + n) values; those that never vary are one number.
         """
-        count = len(index[0]) + len(coordinates[0])
-        out = {}
+        out: dict[str, NDArray[Any]] = {}
         for name, p in self.grid.parameters.items():
-            inner = self._between(name, p, coordinates)
-            if inner.ndim:
-                inner = np.concatenate([self._at(p, index), np.broadcast_to(inner, count - len(index[0]))])
-            out[name] = inner
+            if p.size == 1:
+                out[name] = p.reshape(())
+                continue
+            at = np.broadcast_to(self._at(p, index), (len(self), len(index[0])))
+            inner = np.broadcast_to(self._between(name, p, coordinates), (len(self), len(coordinates[0])))
+            out[name] = np.concatenate([at, inner], axis=1).ravel()
         return out
 
+    def _where(self) -> list[Any]:
+        """The places on every axis, (b, 1) each."""
+        return [self.fixed[:, k, None] for k in range(self.fixed.shape[1])]
+
     def _at(self, p: NDArray[Any], index: tuple[Places, ...]) -> NDArray[Any]:
-        """A parameter at points."""
-        where: list[Any] = list(self.fixed)
+        """A parameter at points, (b or 1, s or 1)."""
+        where = self._where()
         for axis, span, i in zip(self.grid.axes, self.spans, index, strict=True):
             where[axis.place] = axis.order[span][i]
-        return np.broadcast_to(_taken(p, where), index[0].shape)
+        return _taken(p, where)
 
     def _between(self, name: str, p: NDArray[Any], coordinates: tuple[Array, ...]) -> NDArray[Any]:
         """A parameter between points: a straight function of the parameter of each axis."""
@@ -191,7 +213,7 @@ class Region:
                 return x
         parts = [(x - v[0]) / (v[-1] - v[0]) for x, v in zip(coordinates, self.values, strict=True)]
 
-        def value(where: list[int], k: int) -> Any:
+        def value(where: list[Any], k: int) -> Any:
             if k == len(parts):
                 return _taken(p, where)
             axis, span = self.grid.axes[k], self.spans[k]
@@ -201,7 +223,7 @@ class Region:
             first, last = (value([*before, int(axis.order[i]), *after], k + 1) for i in (span.start, span.stop - 1))
             return between(first, last, parts[k])
 
-        return np.asarray(value(list(self.fixed), 0))
+        return np.asarray(value(self._where(), 0))
 
 
 def _taken(p: NDArray[Any], where: list[Any]) -> Any:
