@@ -134,6 +134,7 @@ def compare(
     *,
     harmonics: int = 1,
     model: Model | None = None,
+    map: bool | str = False,
     check: bool = False,
     certify: bool = False,
     **options: Unpack[PhysicsKeywords],
@@ -148,6 +149,8 @@ def compare(
         Of the simple model: 1 is the tip-path plane, M the averaged model of 2M+1 blades.
     model : "flapping" or "teetering"
         Of the exact rotor; by default after its hub.
+    map : bool or str
+        Take the exact exponents from polynomials over the grid of parameters; see :func:`floquet.stability`.
     check, certify : bool
         Have the exact exponents checked by a second mechanism, or proved; see :func:`floquet.stability`.
     **options
@@ -165,7 +168,7 @@ def compare(
     one = (teetering if kind == "teetering" else blade)(rotor, mu, **options)
     simple = _simplified(one, harmonics, kind)
     modes = mode_orders(harmonics, kind)
-    exact = stability(one, check=check, certify=certify)
+    exact = stability(one, map=map, check=check, certify=certify)
     return _matched(exact, eigenvalues(simple), modes, differential(simple, rotor, kind))
 
 

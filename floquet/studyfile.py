@@ -7,7 +7,7 @@
                | sobol = {count = 64, seed = 1, lock_number = [4, 12], …}: any of them, one after another
     [axes]     advance_ratio = {start = 0.0, stop = 1.0, count = 401} or a list of numbers
     [compare]  model = "auto" | "flapping" | "teetering", the options of :mod:`floquet.models.physics`,
-               tolerances, absolute_tolerances, mu_max
+               tolerances, absolute_tolerances, mu_max, map
     [output]   columns = ["error_regressing", …], of the points
 """
 
@@ -141,6 +141,7 @@ class CompareTable(_Table):
     tolerances: list[Annotated[float, Field(gt=0)]] = Field(default_factory=lambda: [0.05])
     absolute_tolerances: list[Annotated[float, Field(gt=0)]] = Field(default_factory=list)
     mu_max: Annotated[float, Field(gt=0)] = 1.0
+    map: bool = False
 
 
 class OutputTable(_Table):
@@ -180,6 +181,8 @@ class Study:
         """Hash of everything that decides a number; which of them are stored is another matter."""
         plan, h = self.plan, hashlib.blake2b(digest_size=16)
         options = {"engine": ENGINE, "model": plan.model, "mu_max": plan.mu_max, **plan.physics.as_dict()}
+        if plan.map:
+            options["map"] = True
         h.update(json.dumps([options, [[int(m), t] for m, t in plan.tolerances]], sort_keys=True).encode())
         h.update(plan.advance_ratio.astype("<f8").tobytes())
         for rotor in plan.rotors:
@@ -214,6 +217,7 @@ def load_study(path: str | Path) -> Study:
             physics=physics,
             tolerances=tuple(tolerances),
             mu_max=compare.mu_max,
+            map=compare.map,
         )
     except ConfigError:
         raise

@@ -1,7 +1,8 @@
 """A plan of points → chunks of rows.  Knows no files.
 
 Point i of a plan is design i // m at advance ratio i % m, for m advance ratios.  A row depends on its own parameters
-alone: the same point gives the same bits in any chunk.
+alone: the same point gives the same bits in any chunk, but for the last ones where some chunks have points enough for
+compiled kernels and others have not.
 """
 
 from __future__ import annotations
@@ -55,6 +56,8 @@ class Plan:
         Of the limits; empty for none.
     mu_max : float
         How far limits are sought.
+    map : bool
+        Take exact exponents from polynomials in the advance ratio, a design at a time; rows say so by their method.
     """
 
     rotors: tuple[Rotor, ...]
@@ -63,6 +66,7 @@ class Plan:
     physics: Physics = field(default_factory=Physics)
     tolerances: tuple[tuple[Metric, float], ...] = ((Metric.RELATIVE, 0.05),)
     mu_max: float = 1.0
+    map: bool = False
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "rotors", tuple(self.rotors))
@@ -133,14 +137,36 @@ def point_rows(plan: Plan, start: int, stop: int, columns: Collection[str] | Non
     designs, mu = index // plan.advance_ratio.size, plan.advance_ratio[index % plan.advance_ratio.size]
     values, hubs, blades = plan.parameters(designs)
     out: Rows = {"rotor": designs.astype(np.int32), "advance_ratio": mu, **_parameters(values, hubs, blades)}
-    parts: list[tuple[Any, Rows]] = []
-    for hub, count, some in _kinds(hubs, blades):
-        group = Rotor(hub=hub, blades=count, **{name: value[some] for name, value in values.items()})
-        found = compare(group, mu[some], model=exact_model(group, plan.model), **plan.physics.as_dict())
-        parts.append((some, _results(found)))
+    parts = list(_mapped(plan, start, stop) if plan.map else _one_by_one(plan, mu, values, hubs, blades))
     absent = _absent(len(index))
     out |= {name: _joined(name, parts, value) for name, value in absent.items() if columns is None or name in columns}
     return {name: value for name, value in out.items() if columns is None or name in columns}
+
+
+def _one_by_one(
+    plan: Plan, mu: NDArray[np.float64], values: Rows, hubs: NDArray[np.int8], blades: NDArray[np.int16]
+) -> Iterator[tuple[Any, Rows]]:
+    """Rows and their results, those of a kind together."""
+    for hub, count, some in _kinds(hubs, blades):
+        group = Rotor(hub=hub, blades=count, **{name: value[some] for name, value in values.items()})
+        found = compare(group, mu[some], model=exact_model(group, plan.model), **plan.physics.as_dict())
+        yield some, _results(found)
+
+
+def _mapped(plan: Plan, start: int, stop: int) -> Iterator[tuple[Any, Rows]]:
+    """The same from maps along the advance ratio, of whole designs whatever part of them is wanted."""
+    m = plan.advance_ratio.size
+    first, last = start // m, -(-stop // m)
+    values, hubs, blades = plan.parameters(np.arange(first, last))
+    for hub, count, some in _kinds(hubs, blades):
+        group = Rotor(hub=hub, blades=count, **{name: value[some, None] for name, value in values.items()})
+        options: PhysicsKeywords = plan.physics.as_dict()
+        found = compare(
+            group, plan.advance_ratio, model=exact_model(group, plan.model), map="advance_ratio", **options
+        )
+        places = ((np.arange(last - first)[some] + first) * m)[:, None] + np.arange(m)
+        wanted = (places >= start) & (places < stop)
+        yield places[wanted] - start, {name: value[wanted] for name, value in _results(found).items()}
 
 
 def limit_rows(plan: Plan, start: int, stop: int) -> Rows:

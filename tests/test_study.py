@@ -111,6 +111,7 @@ def test_the_id_changes_with_every_number_that_matters(tmp_path: Path, file: Pat
         "0.05]": "0.06]",
         "0.02]": "0.03]",
         "[compare]": "[compare]\nreversed_flow = true",
+        "tolerances = [0.05]\n": "tolerances = [0.05]\nmap = true\n",
         '"eight"': '"8"',
         "blades = 2": "blades = 2, hinge_stiffness = 0.1",
     }
@@ -118,7 +119,7 @@ def test_the_id_changes_with_every_number_that_matters(tmp_path: Path, file: Pat
         path = tmp_path / "other.toml"
         path.write_text(SMALL.replace(old, new))
         ids.add(study.load_study(path).id)
-    assert len(ids) == 8
+    assert len(ids) == 9
     commented = tmp_path / "comment.toml"
     commented.write_text("# why\n" + SMALL)
     assert study.load_study(commented).id in ids

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import warnings
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -10,6 +11,7 @@ import pytest
 from floquet.comparison import Metric, Rule, compare
 from floquet.errors import FloquetWarning, ParameterError
 from floquet.models import Physics
+from floquet.period_map import Method
 from floquet.rotor import Hub, Rotor
 from floquet.sweep import Plan, limit_rows, point_rows, sweep
 from floquet.validity import limits
@@ -81,3 +83,40 @@ def test_designs_of_two_blades_warn_once_a_group() -> None:
         warnings.simplefilter("always")
         sweep(Rotor(lock_number=np.linspace(4, 8, 5), blades=2), [0.1, 0.2])
     assert [w.category for w in caught] == [FloquetWarning]
+
+
+def mapped(ratios: int, *, map: bool) -> Plan:
+    """Random designs of three kinds."""
+    gamma, offset = np.random.default_rng(5).uniform((2.0, 0.0), (16.0, 0.15), (30, 2)).T
+    articulated = [Rotor(lock_number=gamma, hinge_offset=offset, blades=n) for n in (3, 4)]
+    teetering = Rotor(lock_number=gamma[:5], blades=2, hub=Hub.TEETERING)
+    return Plan(rotors=(*articulated, teetering), advance_ratio=np.linspace(0.0, 1.0, ratios), map=map)
+
+
+def test_rows_from_maps_are_those_of_points_within_their_bounds_and_say_so() -> None:
+    plan = mapped(120, map=True)
+    rows, direct = point_rows(plan, 0, plan.points), point_rows(mapped(120, map=False), 0, plan.points)
+    from_nodes = rows["method"] == Method.MAP
+    assert np.mean(from_nodes) > 0.99 and np.all(direct["method"] != Method.MAP)
+    bound = rows["exponent_error"] + direct["exponent_error"]
+    assert np.all(np.abs(rows["exponent_1"] - direct["exponent_1"]) <= bound)
+    assert np.all(np.abs(rows["rotation_number"] - direct["rotation_number"]) <= bound)
+    for name in ("rotor", "advance_ratio", "lock_number", "blades", "hub"):
+        np.testing.assert_array_equal(rows[name], direct[name])
+    for name in ("tpp_advancing_1", "error_regressing", "error_differential"):
+        np.testing.assert_allclose(rows[name], direct[name], rtol=1e-6, atol=1e-9)
+    few = mapped(60, map=True)  # too few advance ratios for nodes
+    assert np.all(point_rows(few, 0, few.points)["method"] != Method.MAP)
+
+
+def test_rows_from_maps_do_not_depend_on_how_they_are_cut() -> None:
+    """In the middle of a design, and of a kind: the exact ones; the others' kernels go by the number of points."""
+    plan = mapped(130, map=True)
+    whole, cuts = point_rows(plan, 0, plan.points), [0, 1700, 3900, 5333, 7000, plan.points]
+    parts = [point_rows(plan, a, b) for a, b in pairwise(cuts)]
+    for name, column in whole.items():
+        joined = np.concatenate([p[name] for p in parts])
+        if name.startswith(("tpp", "exact", "error")):
+            np.testing.assert_allclose(joined, column, rtol=1e-9, atol=1e-11, err_msg=name)
+        else:
+            assert column.tobytes() == joined.tobytes(), name
