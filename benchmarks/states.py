@@ -12,7 +12,8 @@ from scipy.linalg import expm
 
 from benchmarks.equations import multiblade
 from benchmarks.peers import contenders
-from benchmarks.points import Array, errors, stored, truth_of_rotor
+from benchmarks.peers.ours import MANY
+from benchmarks.points import Array, draw, errors, stored, truth_of_rotor
 from benchmarks.timing import Lap, interleave, plain, table
 
 __all__ = ["main"]
@@ -20,6 +21,8 @@ __all__ = ["main"]
 BLADES = (2, 3, 4, 5, 6, 7)
 MODULES = ("ours", "heyoka_taylor", "numbalsoda_c", "scipy_ivp")
 ROUNDS = 5
+OTHER_ROTORS = 13
+"""Seed of the large batches; what a call costs whatever the points is spread over them."""
 Key = tuple[str, int]
 
 
@@ -43,6 +46,8 @@ def measure() -> tuple[dict[Key, Lap], dict[Key, float]]:
             key = f"{contender.name}, {contender.setting}", N
             worst[key] = float(errors(call(), truth[: len(few)], float(N)).max())
             laps[key] = Lap(call, len(few))
+            if contender.batch == MANY:
+                laps[f"{key[0]}, {MANY} at once", N] = Lap(contender.prepare(draw(MANY, OTHER_ROTORS)), MANY)
         laps["LAPACK's eigenvalues alone", N] = Lap(partial(np.linalg.eigvals, averaged_maps(points, N)), len(points))
     interleave(list(laps.values()), ROUNDS)
     return laps, worst

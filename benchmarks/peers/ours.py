@@ -24,13 +24,16 @@ SETTINGS: dict[str, Mapping[str, Any]] = {"default": DEFAULT}
 WAYS: dict[str, Mapping[str, Any]] = {"from one blade": DEFAULT, "all coordinates": {"symmetry": False}}
 """Name of a way to treat N identical blades → keywords of ``stability``."""
 BATCH = 16384
+MANY = 2048
+"""Of rotors with all their coordinates."""
 WITHOUT_NUMBA = "FLOQUET_NO_NUMBA"
 
 
 def contenders(blades: int) -> Iterator[Contender]:
     if blades > 1:
         for setting, ways in WAYS.items():
-            yield Contender(name="floquet", setting=setting, prepare=partial(rotor_call, blades=blades, ways=ways))
+            prepare = partial(rotor_call, blades=blades, ways=ways)
+            yield Contender(name="floquet", setting=setting, prepare=prepare, batch=MANY)
         return
     for setting, options in SETTINGS.items():
         yield Contender(name="floquet", setting=setting, prepare=partial(blade_call, options=options), batch=BATCH)
