@@ -159,9 +159,10 @@ def _mapped(plan: Plan, start: int, stop: int) -> Iterator[tuple[Any, Rows]]:
     first, last = start // m, -(-stop // m)
     values, hubs, blades = plan.parameters(np.arange(first, last))
     for hub, count, some in _kinds(hubs, blades):
-        group = Rotor(hub=hub, blades=count, **{name: value[some, None] for name, value in values.items()})
-        options: PhysicsKeywords = plan.physics.as_dict()
-        found = compare(group, plan.advance_ratio, model=exact_model(group, plan.model), map="advance_ratio", **options)
+        columns: dict[str, Any] = {name: value[some][:, None] for name, value in values.items()}
+        group = Rotor(hub=hub, blades=count, **columns)
+        model, options = exact_model(group, plan.model), plan.physics.as_dict()
+        found = compare(group, plan.advance_ratio, model=model, map="advance_ratio", **options)
         places = ((np.arange(last - first)[some] + first) * m)[:, None] + np.arange(m)
         wanted = (places >= start) & (places < stop)
         yield places[wanted] - start, {name: value[wanted] for name, value in _results(found).items()}

@@ -13,7 +13,8 @@ import numpy as np
 import pytest
 
 from floquet import Hub, Rotor, flapping, multiblade, stability, teetering
-from floquet.exponents import Stability
+from floquet.exponents import Stability, Verdict
+from floquet.period_map import Method, hill
 from tests.support import REFERENCE
 
 LONG = np.longdouble
@@ -45,22 +46,27 @@ def computed(options: dict[str, Any], parameters: dict[str, np.ndarray]) -> Stab
     return stability((teetering if teeters else flapping)(rotor, mu, **physics))
 
 
-@pytest.fixture(scope="module")
-def found() -> dict[str, np.ndarray]:
-    """Exponents, bounds and more of all ten thousand."""
-    count = len(DATA["rho"])
+def solved(prefix: str = "") -> dict[str, np.ndarray]:
+    """Exponents, bounds and more of all cases."""
+    count = len(DATA[f"{prefix}rho"])
     out = {"exponents": np.empty((count, 2), complex), "bound": np.empty(count), "rho": np.empty(count)}
-    out |= {"lock": np.empty(count), "verdict": np.empty(count, int)}
-    for chosen, options, parameters in groups():
+    out |= {"lock": np.empty(count), "verdict": np.empty(count, int), "method": np.empty(count, int)}
+    for chosen, options, parameters in groups(prefix):
         s = computed(options, parameters)
         out["exponents"][chosen], out["bound"][chosen] = s.exponents, s.exponent_errors.max(axis=-1)
         out["rho"][chosen], out["lock"][chosen], out["verdict"][chosen] = s.rotation_number, s.lock, s.verdict
+        out["method"][chosen] = s.method
     return out
 
 
-def errors(found: dict[str, np.ndarray]) -> np.ndarray:
+@pytest.fixture(scope="module")
+def found() -> dict[str, np.ndarray]:
+    return solved()
+
+
+def errors(found: dict[str, np.ndarray], prefix: str = "") -> np.ndarray:
     """The larger of the two distances, on the branch."""
-    real, rho = DATA["real"], DATA["rho"]
+    real, rho = DATA[f"{prefix}real"], DATA[f"{prefix}rho"]
     turning = found["rho"].astype(LONG) - rho[:, 0] - rho[:, 1]
     growth = [found["exponents"][:, i].real.astype(LONG) - real[:, i, 0] - real[:, i, 1] for i in (0, 1)]
     return np.max([np.hypot(g, turning).astype(float) for g in growth], axis=0)
@@ -70,6 +76,25 @@ def test_every_error_is_within_its_bound(found: dict[str, np.ndarray]) -> None:
     error = errors(found)
     assert np.all(error + float(DATA["radius"]) <= found["bound"])
     assert error.max() < 1e-12
+
+
+@pytest.mark.parametrize("precise", [True, False])
+def test_bounds_hold_where_they_are_tried_hardest(precise: bool, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Next to ends of locks, with growth by many decades, and where products of maps are rounded more than usual.
+
+    Without forty digits, too: the bound of D in doubles must hold by itself.
+    """
+    if not precise:
+        monkeypatch.setattr(hill, "make_precise", lambda phi, system: phi)
+    found = solved("hard_")
+    assert np.all(errors(found, "hard_") + float(DATA["hard_radius"]) <= found["bound"])
+    proven = DATA["hard_locked"] >= 0
+    surely = proven & (found["bound"] < 1e-11)
+    np.testing.assert_array_equal(~np.isnan(found["lock"])[surely], DATA["hard_locked"][surely] == 1)
+    decided = found["verdict"] != Verdict.UNDECIDED
+    np.testing.assert_array_equal(found["verdict"][decided], DATA["hard_verdict"][decided])
+    assert np.mean(decided) > 0.99
+    assert (np.mean(found["method"] == Method.PRECISE) > 0.1) == precise
 
 
 def test_bounds_are_useful(found: dict[str, np.ndarray]) -> None:

@@ -1,6 +1,6 @@
 """Ten thousand random rotors with proven exponents: the program that writes ``certified.npz``.
 
-    python data/reference/certified.py            # half a minute, the same bytes every time
+    python data/reference/certified.py            # two minutes, the same bytes every time
 
 Enclosures are those of ``floquet.certify`` (ball arithmetic, every truncation bounded); the equations are stated here
 again, in exact fractions, and share no code with ``floquet.models``.  Blade-element integrals, U_T = x + u and
@@ -28,6 +28,9 @@ Arrays of ``certified.npz``, one row a case:
                                       exponents are the blade's + ik, k = 0 … N-1, modulo Ni; where
                                       ``multiblade_direct`` the multiblade equations themselves are certified, and
                                       enclose the same exponents
+``hard_…``            (1200, …)       the same for points that try a bound: next to the ends of locks, and where motions
+                                      grow by decades a revolution, in locks and where the map has large entries and
+                                      small exponents.  floquet's own maps choose the last 400 of half a million
 ====================  ==============  ================================================================================
 """
 
@@ -44,9 +47,11 @@ from typing import Any, NamedTuple
 import numpy as np
 from flint import arb, ctx, fmpq
 
+from floquet import Rotor, flapping
 from floquet.certify import Certificate, certified_hill, certified_system, companion
+from floquet.period_map import period_map
 
-SEED, COUNT, MULTIBLADE, DIRECT = 1431, 10_000, 300, 40
+SEED, COUNT, MULTIBLADE, DIRECT, HARD = 1431, 10_000, 300, 40, 400
 DIGITS = 26  # decimals of every exponent
 NAMES = ("lock_number", "hinge_offset", "hinge_stiffness", "pitch_flap_coupling", "flap_damping", "tip_loss",
          "advance_ratio")  # fmt: skip
@@ -296,6 +301,62 @@ def multiblade_cases() -> list[tuple[Case, int]]:
     return [(Case((*row[:4], 0.0, 1.0, row[6])), 3 + i % 4) for i, row in enumerate(rows)]
 
 
+def hard_cases() -> list[Case]:
+    """Next to ends of locks, from 1e-3 down to the last bit; growth by many decades, in locks and where D is small."""
+    rng = np.random.default_rng(SEED + 2)
+    rows = rng.uniform((*LOW[:6], 0.0), (40.0, *HIGH[1:6], 2.0), (HARD // 8, len(NAMES))).tolist()
+    out = []
+    for i, row in enumerate(rows):
+        edge = lock_end(model(i, row))
+        out += [moved(edge, sign * 10.0 ** -rng.uniform(3.0, 16.5)) for sign in (-1, 1) for _ in range(4)]
+    wide = rng.uniform((16.0, *LOW[1:]), (64.0, *HIGH[1:6], 2.5), (HARD, len(NAMES))).tolist()
+    out += [model(i, row) for i, row in enumerate(wide)]
+    return out + grown(rng)
+
+
+def grown(rng: np.random.Generator) -> list[Case]:
+    """Of half a million flapping blades those whose map has the largest entries for the D they make."""
+    values = rng.uniform(LOW, HIGH, (500_000, len(NAMES)))
+    values[:, 3] *= 2.0
+    values[:, 4:6] = 0.0, 1.0
+    gamma, eps, kappa, K1, _, _, mu = values.T
+    rotor = Rotor(lock_number=gamma, hinge_offset=eps, hinge_stiffness=kappa, pitch_flap_coupling=K1)
+    _, b, c, _, _, _, _, _, D = period_map(flapping(rotor, mu)).rows
+    chosen = np.argsort(np.abs(b * c) / (1.0 + np.abs(D)))[-HARD:]
+    return [Case(tuple(row)) for row in values[np.sort(chosen)].tolist()]
+
+
+def model(i: int, row: Sequence[float]) -> Case:
+    """Flapping as the report has it, teetering, and with options, in turn."""
+    gamma, eps, kappa, K1, damping, tip, mu = row
+    if i % 4 == 3:
+        return Case((gamma, eps, kappa, K1, damping, tip, mu), exact_offset=True, reversed_flow=True)
+    return Case((gamma, eps * (i % 4 != 2), kappa, K1, 0.0, 1.0, mu), teetering=i % 4 == 2)
+
+
+def moved(case: Case, step: float) -> Case:
+    """The case at another advance ratio."""
+    return case._replace(values=(*case.values[:6], case.values[6] + step))
+
+
+def lock_end(case: Case) -> Case:
+    """At the first change of sign of D above the case's advance ratio, to the last bit; two on if none comes."""
+    low = case.values[6]
+    for _ in range(40):
+        if _locked(case, low) != _locked(case, low + 0.05):
+            break
+        low += 0.05
+    high = low + 0.05
+    was = _locked(case, low)
+    while low < (middle := 0.5 * (low + high)) < high:
+        low, high = (middle, high) if _locked(case, middle) == was else (low, middle)
+    return case._replace(values=(*case.values[:6], low))
+
+
+def _locked(case: Case, mu: float) -> bool:
+    return certificate(case._replace(values=(*case.values[:6], mu)), digits=8).discriminant > 0.0
+
+
 def arrays(given: Sequence[Case]) -> dict[str, Any]:
     """The stored arrays of cases."""
     found = [certificate(case) for case in given]
@@ -337,6 +398,7 @@ def main() -> None:
     for case, blades in rotors[:DIRECT]:
         if not encloses_the_blade(multiblade(case, blades), certificate(case), blades):
             sys.exit(f"the multiblade equations of {case} do not enclose the blade's exponents")
+    out |= {f"hard_{name}": value for name, value in arrays(hard_cases()).items()}
     out["multiblade_blades"] = np.array([blades for _, blades in rotors], np.int8)
     out["multiblade_direct"] = np.arange(MULTIBLADE) < DIRECT
     np.savez_compressed(Path(__file__).with_name("certified.npz"), **out)
