@@ -25,6 +25,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from . import available, worth_compiling
+from .primitives import select
 
 __all__ = ["closed", "exponents_of"]
 
@@ -35,11 +36,6 @@ DECIDED, NEUTRAL, BOUND = 0, 1, 2
 
 
 arcsinh, arctan2 = np.arcsinh, np.arctan2  # compiled code has its own
-
-
-def select(condition: Any, yes: Any, no: Any) -> Any:
-    """``yes`` where the condition holds."""
-    return np.where(condition, yes, no)
 
 
 def closed(m: Any, tau_error: Any, D: Any, b: Any, zeros: Any, alpha: Any, T: Any) -> Any:

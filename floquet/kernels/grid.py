@@ -31,6 +31,7 @@ from numpy.typing import NDArray
 from . import available
 from .closing import exponents_of
 from .hill import EPS, ROWS
+from .primitives import select
 
 __all__ = ["FIELDS", "Exponents", "Tile", "cardinals", "close_tile", "tile_rows"]
 
@@ -85,11 +86,6 @@ class Exponents(NamedTuple):
 
 
 # ---------------------------------------------------------------------- arithmetic of a point, numbers or arrays
-def select(condition: Any, yes: Any, no: Any) -> Any:
-    """``yes`` where the condition holds."""
-    return np.where(condition, yes, no)
-
-
 def judged(m: Any, tau_error: Any) -> Any:
     """D and the bound of its error."""
     tau, half, product, diagonal = 0.5 * (m[0] + m[3]), 0.5 * (m[0] - m[3]), m[1] * m[2], m[0] * m[3]

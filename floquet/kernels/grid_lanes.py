@@ -13,7 +13,7 @@ import numpy as np
 from . import grid, lanes
 from .compiler import inlined, kernel
 from .grid import FIELDS, LEFT_OUT, TINY
-from .hill_lanes import LANES, close_block
+from .hill_lanes import LANES, close_block, select
 from .lanes import WIDTH
 
 __all__ = ["close_tile"]
@@ -26,13 +26,8 @@ spread: Any = lanes.spread
 where: Any = lanes.where
 
 
-@inlined
-def _select(condition: Any, yes: Any, no: Any) -> Any:
-    return yes if condition else no
-
-
 _judged = inlined(grid.judged)
-_zeros_of, _within = inlined(grid.zeros_of, select=_select), inlined(grid.within, select=_select)
+_zeros_of, _within = inlined(grid.zeros_of, select=select), inlined(grid.within, select=select)
 
 
 @kernel

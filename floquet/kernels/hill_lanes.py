@@ -20,7 +20,7 @@ from .hill import COEFFICIENTS, EPS, ROUNDING, TRUNCATION
 from .lanes import WIDTH
 from .taylor import panel, two_harmonics, weights
 
-__all__ = ["LANES", "blocks", "close_rows", "hill_blocks"]
+__all__ = ["LANES", "blocks", "close_rows", "hill_blocks", "select"]
 
 LANES = 256  # enough for a panel's weights to be fetched once for many points; the scratch of a block stays in L2
 
@@ -30,11 +30,12 @@ _weighed = inlined(hill.weighed)
 
 
 @inlined
-def _select(condition: Any, yes: Any, no: Any) -> Any:
+def select(condition: Any, yes: Any, no: Any) -> Any:
+    """:func:`floquet.kernels.primitives.select` of numbers."""
     return yes if condition else no
 
 
-_closed = inlined(closing.closed, select=_select, arcsinh=arcsinh, arctan2=arctan2)
+_closed = inlined(closing.closed, select=select, arcsinh=arcsinh, arctan2=arctan2)
 
 
 def blocks(index: NDArray[np.intp]) -> NDArray[np.intp]:
