@@ -61,10 +61,10 @@ def kernel() -> tuple[Callable[[], Any], int]:
         raise ImportError("numba is not to be used")
     points = draw(BATCH, OTHER_BLADES)
     system = flapping(rotor_of(points), points[:, 4])
-    q, _, _ = hill_form(system.part(slice(None)))
-    terms = np.ascontiguousarray(q.coefficients[:, 0, :, 0, 0].T)
+    q = hill_form(system.part(slice(None))).q
+    (terms,) = q.polynomials
     counts, out = period_map(system).panels.astype(np.int64), np.empty((len(hill.ROWS), BATCH))
-    arguments = (terms, np.abs(terms).sum(axis=0), np.arange(BATCH), counts, q.period, 1.0, out)
+    arguments = (terms, np.abs(terms).sum(axis=0), np.arange(BATCH), counts, q.turn, 1.0, out)
     return lambda: hill.map_equal_panels(*arguments), int(counts.sum()) * operations_of_a_panel()
 
 

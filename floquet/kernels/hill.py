@@ -26,6 +26,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from . import available, worth_compiling
+from .primitives import select
 from .taylor import ORDER, panel
 
 __all__ = ["ROWS", "Panels", "equal_panels", "map_equal_panels", "map_panels"]
@@ -59,11 +60,28 @@ def size_of(f: Any) -> Any:
     return abs(f[0]) + abs(f[1]) + abs(f[2]) + abs(f[3])
 
 
-def weighed(p: Any, a: Any, f: Any, tau: Any, delta: Any, g: Any) -> Any:
-    """What errors δ, δg, δ/g, δ of the entries of F do to τ (twice), to D, and to all entries of Φ together."""
+def placed(f: Any, e: Any, half: Any, unit: Any, size: Any, kick: Any) -> Any:
+    """A panel in (y, u y') after its kick, bounds of its errors, and whether its series is too short.
+
+    ``kick`` is what y adds to y' where the panel begins.  A panel without length is its kick.  The bounds are those of
+    the diagonal, of F₁₂ and of F₂₁; of a panel much shorter than u the last is as small as h² q, from which F₂₁ comes:
+    divided by h/u it would else outgrow all others.
+    """
+    there, area, scale = half > 0.0, half * half * size, size_of(f)
+    g, kick = select(there, half, unit) / unit, unit * kick
+    part = select((g < 0.5) & (area < 1.0), area, 1.0)
+    delta = select(there, e + EPS * (ROUNDING * scale + COEFFICIENTS * area), 0.0)
+    corner = select(there, e + EPS * (ROUNDING * scale * part + COEFFICIENTS * area), 0.0)
+    f1, f2 = select(there, f[1] * g, 0.0), f[2] / g
+    F = f[0] + f1 * kick, f1, f2 + f[3] * kick, f[3]
+    return F, (delta * (1.0 + g * abs(kick)), delta * g, corner / g + delta * abs(kick)), e > TRUNCATION * scale
+
+
+def weighed(p: Any, a: Any, f: Any, tau: Any, errors: Any) -> Any:
+    """What errors of the diagonal of F, of F₁₂ and of F₂₁ do to τ (twice), to D, and to all entries of Φ together."""
+    delta, d1, d2 = errors
     w0, w1 = p[0] * a[0] + p[1] * a[2], p[0] * a[1] + p[1] * a[3]
     w2, w3 = p[2] * a[0] + p[3] * a[2], p[2] * a[1] + p[3] * a[3]
-    d1, d2 = delta * g, delta / g
     trace = (abs(w0) + abs(w3)) * delta + abs(w2) * d1 + abs(w1) * d2
     discriminant = (
         (abs(tau * w0 - f[3]) + abs(tau * w3 - f[0])) * delta + abs(tau * w2 + f[2]) * d1 + abs(tau * w1 + f[1]) * d2
@@ -222,16 +240,11 @@ def _mapped(panels: Panels, size: Array, unit: Array) -> Array:
     """The rows of some points."""
     counts, half = panels.counts, panels.half
     point = np.repeat(np.arange(len(counts)), counts)
-    f0, f1, f2, f3, e = panel(*_series(panels))
-    there = half > 0  # a piece without length is its kick
-    g = np.where(there, half, unit[point]) / unit[point]
-    scale = size_of((f0, f1, f2, f3))
-    delta = np.where(there, e + EPS * (ROUNDING * scale + COEFFICIENTS * half * half * size[point]), 0.0)
-    kick = unit[point] * panels.kick
-    f0, f1, f2, f3 = f0, np.where(there, f1 * g, 0.0), f2 / g, f3  # in (y, u y')
-    flat = (f0 + f1 * kick, f1, f2 + f3 * kick, f3, delta * (1.0 + np.abs(kick)), g, e > TRUNCATION * scale)
+    *entries, e = panel(*_series(panels))
+    F, errors, rough = placed(entries, e, half, unit[point], size[point], panels.kick)
+    flat = (*F, *errors, rough)
     steps = list(
-        zip(*(_by_place(x, fill, counts) for x, fill in zip(flat, (1, 0, 0, 1, 0, 1, 0), strict=True)), strict=True)
+        zip(*(_by_place(x, fill, counts) for x, fill in zip(flat, (1, 0, 0, 1, 0, 0, 0, 0), strict=True)), strict=True)
     )
 
     one, zero = np.ones(len(counts)), np.zeros(len(counts))
@@ -241,8 +254,8 @@ def _mapped(panels: Panels, size: Array, unit: Array) -> Array:
     last = products[-1]
     tau, sums, after, unresolved = 0.5 * (last[0] + last[3]), [zero] * 3, products[0], zero
     for f, p in zip(steps[::-1], products[-2::-1], strict=True):
-        sums = [total + x for total, x in zip(sums, weighed(p, after, f[:4], tau, f[4], f[5]), strict=True)]
-        unresolved = unresolved + f[6]
+        sums = [total + x for total, x in zip(sums, weighed(p, after, f[:4], tau, f[4:7]), strict=True)]
+        unresolved = unresolved + f[7]
         after = chained(after, f[:4])
     zeros = sum(((a[0] < 0) != (b[0] < 0)) * 1.0 for a, b in pairwise(products))
     *first, discriminant = finished(last, unit, sums)

@@ -71,7 +71,8 @@ def backward(step: Any, before: Any, state: Any, point: Any, lanes: int) -> None
         p = (before[4 * LANES + i], before[5 * LANES + i], before[6 * LANES + i], before[7 * LANES + i])
         a = (state[i], state[LANES + i], state[2 * LANES + i], state[3 * LANES + i])
         scale, e = _size_of(f), step[8 * LANES + i]
-        w = _weighed(p, a, f, point[i], e + EPS * ROUNDING * scale + point[LANES + i], 1.0)
+        delta = e + EPS * ROUNDING * scale + point[LANES + i]
+        w = _weighed(p, a, f, point[i], (delta, delta, delta))
         state[i], state[LANES + i], state[2 * LANES + i], state[3 * LANES + i] = _chained(a, f)
         state[4 * LANES + i] += w[0]
         state[5 * LANES + i] += w[1]

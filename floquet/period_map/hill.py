@@ -1,11 +1,5 @@
 """One scalar equation, mapped in its Hill form.
 
-With β = exp(-½∫d) y the equation β'' + d β' + k β = 0 becomes::
-
-    y'' + q y = 0,     q = k - d'/2 - d²/4,     det Φ = 1,    exponents = α ± ν,  α = -mean(d)/2
-
-so that both exponents keep all their digits; where d jumps by Δ, y' jumps by ½Δ y.
-
 How many panels a point needs follows from its q alone: from the frequency √|q| and, for every harmonic n of amplitude
 a_n, from the terms (nh)^k of its Taylor series.  The rule below was fitted to what 18 000 random blades and Mathieu
 equations needed; points that need more go up the ladder.
@@ -19,12 +13,14 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
-from ..kernels.hill import ROWS, Panels, map_equal_panels, map_panels
-from ..periodic import PeriodicMatrix, PeriodicSystem
+from ..kernels.hill import ROWS, map_equal_panels
+from ..kernels.pieces import Pieces, map_pieces
+from ..periodic import PeriodicSystem
+from .form import hill_form
 from .precise import make_precise
 from .result import Method, PeriodMap
 
-__all__ = ["hill_form", "hill_map"]
+__all__ = ["hill_map"]
 
 Array = NDArray[np.float64]
 
@@ -50,70 +46,44 @@ def hill_map(
     ``alike``: so many points one after another are mapped on the panels of the stiffest of them.
     """
     shape = system.cases
-    part = system.part(slice(None))
-    q, alpha, kicks = hill_form(part)
+    q, alpha, size = hill_form(system.part(slice(None)))
     n = math.prod(shape)
-    q = q.flat((n,))
     rows, used = np.empty((len(ROWS), n)), np.empty(n, np.int32)
-    size = _size(part, n)
-    if q.edges is None:
+    if len(q.places) == 1 and len(q.polynomials[0]) <= 5 and q.kicks is None:
         _map_smooth(q, size, system.period, panels, rows, used, compiled=compiled, alike=alike)
     else:
-        _map_pieces(q, kicks, size, system.period, panels, rows, used)
+        _map_pieces(q, size, panels, rows, used, compiled=compiled)
     phi = PeriodMap(
         method=Method.HILL,
         period=system.period,
         shape=shape,
-        mean=np.broadcast_to(alpha, (n,)),
+        mean=alpha,
         panels=used,
         rows=rows,
         methods=np.full(n, Method.HILL, np.int8),
     )
-    # a jump of the damping is known in doubles only
-    return make_precise(phi, system) if precise and not panels and kicks is None else phi
-
-
-def hill_form(system: PeriodicSystem) -> tuple[PeriodicMatrix, Array, Array | None]:
-    """q, α and the kicks ½Δ at the edges (cases, pieces), None where d does not jump."""
-    k, d = system.stiffness, system.damping
-    assert k is not None
-    if d is None:
-        return k, np.zeros(k.cases), None
-    if k.edges is not None:
-        d = d + 0 * k  # on the pieces of q
-    q = k - d.derivative() / 2 - (d @ d) / 4
-    alpha = -0.5 * np.asarray(d.mean()[..., 0, 0], float)
-    if q.edges is None:
-        return q, alpha, None
-    kicks = 0.5 * d.jumps()[..., 0, 0]
-    kicks = np.where(np.abs(kicks) <= 1e-14 * (1.0 + d.bound()[..., 0, :]), 0.0, kicks)  # the rounding of equal values
-    return q, alpha, kicks if np.any(kicks) else None
-
-
-def _size(system: PeriodicSystem, n: int) -> Array:
-    """Of the terms that q is made of: rounding of q is relative to it."""
-    k, d = system.stiffness, system.damping
-    assert k is not None
-    size = k.magnitude()[..., 0, 0]
-    if d is not None:
-        damping = d.magnitude()[..., 0, 0]
-        size = size + (0.5 + 0.25 * damping) * damping
-    return np.broadcast_to(size, (n,))
+    if not precise or panels:
+        return phi
+    kicked = None if q.kicks is None else np.any(q.kicks, axis=0)  # a jump of the damping is known in doubles only
+    return make_precise(phi, system, kicked)
 
 
 def _refined(
     rung: NDArray[np.int16], rows: Array, fixed: bool, solve: Callable[[NDArray[np.intp], NDArray[np.int64]], None]
 ) -> None:
-    """Solve all points on the first step of the ladder that resolves them: ``solve(points, panels a turn)``."""
-    last, pending = rung + RUNGS, np.arange(len(rung))
+    """Solve all points on the first steps of the ladder that resolve them: ``solve(points, panels a turn)``.
+
+    ``rung`` (n,), or (pieces, n), is where each begins; all pieces of a point go up together.
+    """
+    pending, raised = np.arange(rung.shape[-1]), 0
     while pending.size:
-        solve(pending, LADDER[np.minimum(rung[pending], len(LADDER) - 1)])
-        pending = pending[(rows[7, pending] > 0) & (rung[pending] < last[pending])] if not fixed else pending[:0]
-        rung[pending] += 2
+        solve(pending, LADDER[np.minimum(rung[..., pending] + raised, len(LADDER) - 1)])
+        pending = pending[rows[7, pending] > 0] if raised < RUNGS and not fixed else pending[:0]
+        raised += 2
 
 
 def _map_smooth(
-    q: PeriodicMatrix,
+    q: Pieces,
     size: Array,
     period: float,
     panels: int | None,
@@ -124,15 +94,14 @@ def _map_smooth(
     alike: int,
 ) -> None:
     """One trigonometric polynomial over the period: equal panels."""
-    terms = np.ascontiguousarray(q.coefficients[:, 0, :, 0, 0].T)
-    angle = period / q.period
+    terms, angle = q.polynomials[0], period / q.turn
 
     def solve(points: NDArray[np.intp], ladder: NDArray[np.int64]) -> None:
         counts = np.full(len(points), panels) if panels else np.ceil(ladder * angle - 1e-9).astype(np.int64)
         map_equal_panels(terms, size, points, counts, period, angle, rows, compiled=compiled)
         used[points] = counts
 
-    rung = _first_rung(terms, 2.0 * math.pi / q.period)
+    rung = _first_rung(terms, 2.0 * math.pi / q.turn)
     if alike > 1:
         rung = rung.reshape(-1, alike).max(axis=1).repeat(alike)
     _refined(rung, rows, bool(panels), solve)
@@ -153,39 +122,16 @@ def _first_rung(terms: Array, omega: float) -> NDArray[np.int16]:
 
 
 def _map_pieces(
-    q: PeriodicMatrix,
-    kicks: Array | None,
-    size: Array,
-    period: float,
-    panels: int | None,
-    rows: Array,
-    used: NDArray[np.int32],
+    q: Pieces, size: Array, panels: int | None, rows: Array, used: NDArray[np.int32], *, compiled: bool | None
 ) -> None:
-    """A polynomial a piece: equal panels on each, about as long as those of the others."""
-    assert q.edges is not None
-    omega = 2.0 * math.pi / q.period
-    edges = np.broadcast_to(np.minimum(q.edges, period), (len(size), q.edges.shape[-1]))
-    start, length = edges[:, :-1], np.diff(edges, axis=-1)
-    kick = np.zeros(start.shape) if kicks is None else np.where(start < period, kicks, 0.0)
-    terms = np.moveaxis(q.coefficients[..., 0, 0], -1, 0)  # (2H+1, n, pieces)
+    """A polynomial a piece: equal panels on each, as many as that piece needs."""
+    lengths, period = q.lengths, q.edges[-1]
 
     def solve(points: NDArray[np.intp], ladder: NDArray[np.int64]) -> None:
-        density = np.full(len(points), panels / period) if panels else ladder * (omega / (2.0 * math.pi))
-        counts = np.maximum(np.ceil(density[:, None] * length[points] - 1e-9), 1).astype(np.int64)
-        flat = counts.ravel()
-        piece = np.repeat(np.arange(flat.size), flat)  # of each panel, all points' pieces in a row
-        place = np.arange(len(piece)) - np.repeat(np.cumsum(flat) - flat, flat)
-        half = ((length[points] / (2 * counts)).ravel())[piece]
-        found = Panels(
-            terms=terms[:, points].reshape(len(terms), -1)[:, piece],
-            centre=start[points].ravel()[piece] + (2 * place + 1) * half,
-            half=half,
-            kick=np.where(place == 0, kick[points].ravel()[piece], 0.0),
-            counts=counts.sum(axis=1),
-            frequency=omega,
-        )
-        map_panels(found, size[points], 0.5 * period / found.counts, points, rows)
-        used[points] = found.counts
+        wanted = lengths[:, points] * (panels / period[points] if panels else ladder / q.turn)
+        counts = np.maximum(np.ceil(wanted - 1e-9), 1.0).astype(np.int64)
+        map_pieces(q, size, points, counts, rows, compiled=compiled)
+        used[points] = counts.sum(axis=0)
 
-    rung = np.max([_first_rung(terms[:, :, j], omega) for j in range(terms.shape[2])], axis=0)
-    _refined(rung, rows, bool(panels), solve)
+    rungs = [_first_rung(p, 2.0 * math.pi / q.turn) for p in q.polynomials]
+    _refined(np.stack([rungs[place] for place in q.places]), rows, bool(panels), solve)

@@ -15,6 +15,7 @@ from functools import lru_cache
 from operator import mul
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ..periodic import PI, TWO_PI, PeriodicMatrix, PeriodicSystem
 from .result import Method, PeriodMap
@@ -28,12 +29,14 @@ TOLERANCE = 1e-11  # bound of an exponent from which a point is mapped again
 MOST_PANELS = 512  # in doubles; beyond, a point would take seconds
 
 
-def make_precise(phi: PeriodMap, system: PeriodicSystem) -> PeriodMap:
-    """``phi`` with the points near branch points mapped again."""
+def make_precise(phi: PeriodMap, system: PeriodicSystem, left_out: NDArray[np.bool_] | None = None) -> PeriodMap:
+    """``phi`` with the points near branch points mapped again, those that are ``left_out`` excepted."""
     assert phi.rows is not None
     size, b = np.abs(phi.rows[8]), phi.rows[5]
     bound = b / (phi.period * (np.sqrt(size) + np.sqrt(b)) * np.sqrt(1.0 + np.maximum(phi.rows[8], 0.0)))
     index = np.flatnonzero((bound > TOLERANCE) & (phi.panels <= MOST_PANELS) & np.isfinite(size))
+    if left_out is not None:
+        index = index[~left_out[index]]
     if not index.size:
         return phi
     part = system.part(index, exact=True)
