@@ -70,7 +70,7 @@ def kernel() -> tuple[Callable[[], Any], int]:
 
 def operations_of_a_panel() -> int:
     """Of the series and its sums, the products forwards and backwards, and the weighing of the errors."""
-    parts = (taylor.two_harmonics, taylor.panel, hill.chained, hill.chained, hill.size_of, hill.weighed)
+    parts = (taylor.two_harmonics, taylor.panel, hill.chained, hill.chained, hill.size_of, hill.weighed, hill.entrywise)
     turned = 4 * 3  # the coefficients of two harmonics about the centre
     return turned + sum(arithmetic(part) for part in parts)
 

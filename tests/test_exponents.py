@@ -151,7 +151,7 @@ def test_bound_covers_the_worst_perturbation_and_is_not_five_times_it(parameters
     assert phi.rows is not None
     one = (np.ones(1), np.zeros(1), np.zeros(1), np.ones(1))
     rows = phi.rows.copy()
-    rows[4:6] = finished(tuple(rows[:4]), 1.0, weighed(one, one, tuple(rows[:4]), phi.half_trace, (1e-9,) * 3))[4:6]
+    rows[4:6] = finished(tuple(rows[:4]), 1.0, weighed(one, one, tuple(rows[:4]), phi.half_trace, 1e-9, 1.0))[4:6]
     phi = replace(phi, rows=rows)
     found = exponents(phi)
     moved = 0.0

@@ -61,25 +61,27 @@ def size_of(f: Any) -> Any:
 
 
 def placed(f: Any, e: Any, half: Any, unit: Any, size: Any, kick: Any) -> Any:
-    """A panel in (y, u y') after its kick, bounds of its errors, and whether its series is too short.
+    """A panel in (y, u y') after its kick, the errors for :func:`entrywise`, and whether its series is too short.
 
-    ``kick`` is what y adds to y' where the panel begins.  A panel without length is its kick.  The bounds are those of
-    the diagonal, of F₁₂ and of F₂₁; of a panel much shorter than u the last is as small as h² q, from which F₂₁ comes:
-    divided by h/u it would else outgrow all others.
+    ``kick`` is what y adds to y' where the panel begins.  F₂₁ comes from h² q, and in a panel much shorter than u so
+    does its error: as large as the others it would, over h/u, outgrow them all.
     """
-    there, area, scale = half > 0.0, half * half * size, size_of(f)
-    g, kick = select(there, half, unit) / unit, unit * kick
+    g, kick, area, scale = half / unit, unit * kick, half * half * size, size_of(f)
     part = select((g < 0.5) & (area < 1.0), area, 1.0)
-    delta = select(there, e + EPS * (ROUNDING * scale + COEFFICIENTS * area), 0.0)
-    corner = select(there, e + EPS * (ROUNDING * scale * part + COEFFICIENTS * area), 0.0)
-    f1, f2 = select(there, f[1] * g, 0.0), f[2] / g
+    delta = e + EPS * (ROUNDING * scale + COEFFICIENTS * area)
+    corner = e + EPS * (ROUNDING * scale * part + COEFFICIENTS * area)
+    f1, f2 = f[1] * g, f[2] / g
     F = f[0] + f1 * kick, f1, f2 + f[3] * kick, f[3]
     return F, (delta * (1.0 + g * abs(kick)), delta * g, corner / g + delta * abs(kick)), e > TRUNCATION * scale
 
 
-def weighed(p: Any, a: Any, f: Any, tau: Any, errors: Any) -> Any:
-    """What errors of the diagonal of F, of F₁₂ and of F₂₁ do to τ (twice), to D, and to all entries of Φ together."""
-    delta, d1, d2 = errors
+def weighed(p: Any, a: Any, f: Any, tau: Any, delta: Any, g: Any) -> Any:
+    """:func:`entrywise` for errors δ, δg, δ/g, δ of the entries of F."""
+    return entrywise(p, a, f, tau, delta, delta * g, delta / g)
+
+
+def entrywise(p: Any, a: Any, f: Any, tau: Any, delta: Any, d1: Any, d2: Any) -> Any:
+    """What errors δ, d₁, d₂, δ of the entries of F do to τ (twice), to D, and to all entries of Φ together."""
     w0, w1 = p[0] * a[0] + p[1] * a[2], p[0] * a[1] + p[1] * a[3]
     w2, w3 = p[2] * a[0] + p[3] * a[2], p[2] * a[1] + p[3] * a[3]
     trace = (abs(w0) + abs(w3)) * delta + abs(w2) * d1 + abs(w1) * d2
@@ -254,7 +256,7 @@ def _mapped(panels: Panels, size: Array, unit: Array) -> Array:
     last = products[-1]
     tau, sums, after, unresolved = 0.5 * (last[0] + last[3]), [zero] * 3, products[0], zero
     for f, p in zip(steps[::-1], products[-2::-1], strict=True):
-        sums = [total + x for total, x in zip(sums, weighed(p, after, f[:4], tau, f[4:7]), strict=True)]
+        sums = [total + x for total, x in zip(sums, entrywise(p, after, f[:4], tau, *f[4:7]), strict=True)]
         unresolved = unresolved + f[7]
         after = chained(after, f[:4])
     zeros = sum(((a[0] < 0) != (b[0] < 0)) * 1.0 for a, b in pairwise(products))

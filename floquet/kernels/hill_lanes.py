@@ -26,7 +26,7 @@ LANES = 256  # enough for a panel's weights to be fetched once for many points; 
 
 _panel, _two_harmonics, _weights = inlined(panel), inlined(two_harmonics), inlined(weights)
 _chained, _size_of, _finished = inlined(hill.chained), inlined(hill.size_of), inlined(hill.finished)
-_weighed = inlined(hill.weighed)
+_weighed = inlined(hill.weighed, entrywise=inlined(hill.entrywise))
 
 
 @inlined
@@ -71,8 +71,7 @@ def backward(step: Any, before: Any, state: Any, point: Any, lanes: int) -> None
         p = (before[4 * LANES + i], before[5 * LANES + i], before[6 * LANES + i], before[7 * LANES + i])
         a = (state[i], state[LANES + i], state[2 * LANES + i], state[3 * LANES + i])
         scale, e = _size_of(f), step[8 * LANES + i]
-        delta = e + EPS * ROUNDING * scale + point[LANES + i]
-        w = _weighed(p, a, f, point[i], (delta, delta, delta))
+        w = _weighed(p, a, f, point[i], e + EPS * ROUNDING * scale + point[LANES + i], 1.0)
         state[i], state[LANES + i], state[2 * LANES + i], state[3 * LANES + i] = _chained(a, f)
         state[4 * LANES + i] += w[0]
         state[5 * LANES + i] += w[1]

@@ -27,8 +27,8 @@ class Pieces(NamedTuple):
     """q in pieces, for many points.
 
     ``polynomials`` (2H+1, n) are the mean, cos ωψ, sin ωψ, cos 2ωψ … of q, and ``places`` says which of them stands on
-    each piece; ``edges`` (pieces+1, n) begin with 0; ``kicks`` (pieces, n) is what y adds to y' where a piece begins;
-    harmonic 1 repeats after ``turn``.
+    each piece; ``edges`` (pieces+1, n) begin with 0; ``kicks`` (pieces, n) is what y adds to y' where a piece begins,
+    nothing if it has no length; harmonic 1 repeats after ``turn``.
     """
 
     polynomials: tuple[Array, ...]
@@ -48,8 +48,8 @@ def map_pieces(
 ) -> None:
     """Fill the rows ``index`` of ``out`` (:data:`~floquet.kernels.hill.ROWS`, n), see ``map_equal_panels``.
 
-    ``counts`` (pieces, m) are the panels of the points ``index`` (m,) on each piece; a point's bits do not depend on
-    the others.
+    ``counts`` (pieces, m) are the panels of the points ``index`` (m,) on each piece, none on a piece without length; a
+    point's bits do not depend on the others.
     """
     if worth_compiling(q.edges.shape[1]) if compiled is None else compiled and available():
         _map_lanes(q, size, index, counts, out)
@@ -100,7 +100,7 @@ def _panels(q: Pieces, index: NDArray[np.intp], counts: NDArray[np.int64]) -> Pa
     flat = counts.T.ravel()
     piece = np.repeat(np.arange(flat.size), flat)  # of each panel, all points' pieces in a row
     place = np.arange(len(piece)) - np.repeat(np.cumsum(flat) - flat, flat)
-    half = (length / (2 * counts.T)).ravel()[piece]
+    half = (length / (2 * np.maximum(counts.T, 1))).ravel()[piece]
     kick = np.zeros(len(piece))
     if q.kicks is not None:
         kick = np.where(place == 0, q.kicks[:, index].T.ravel()[piece], 0.0)

@@ -1,7 +1,7 @@
 """Hill's equation in pieces: sixteen points as one number, one panel of theirs after the other.
 
 A block takes as many panels on a piece as the point with the most; a point with fewer waits, its numbers unchanged.
-For panel s, ``steps[s + 1]`` = F (4), the bounds of its errors (3), its flag (1 not resolved, 0 resolved, -1 no panel
+For panel s, ``steps[s + 1]`` = F (4), the errors of its entries (3), its flag (1 not resolved, 0 resolved, -1 no panel
 of this point), and the product of all panels so far (4).
 """
 
@@ -27,7 +27,7 @@ _size_of = inlined(hill.size_of)
 _cosine_and_sine = inlined(elementary.cosine_and_sine, select=where)
 _placed = inlined(hill.placed, select=where, size_of=_size_of)
 _panel, _chained = inlined(panel), inlined(hill.chained)
-_weighed, _finished = inlined(hill.weighed), inlined(hill.finished)
+_entrywise, _finished = inlined(hill.entrywise), inlined(hill.finished)
 
 
 @kernel
@@ -53,7 +53,7 @@ def series(q: Any, first: int, order: int, phase: Any, step: Any, square: Any, t
 
 @kernel
 def forward(p: Any, half: Any, unit: Any, size: Any, kick: Any, live: Any, steps: Any, s: int) -> None:
-    """Panel s from its p: F, the bounds of its errors, the flag, and the product with what is before."""
+    """Panel s from its p: F, the errors of its entries, the flag, and the product with what is before."""
     f0, f1, f2, f3, e = _panel(p[0], p[1], p[2], p[3], p[4], p[5], p[6], p[7], p[8], p[9], p[10], p[11],
                                p[12], p[13], p[14], p[15], p[16], p[17], p[18], p[19], p[20], p[21], p[22])  # fmt: skip
     f, errors, rough = _placed((f0, f1, f2, f3), e, half, unit, size, kick)
@@ -72,7 +72,7 @@ def backward(steps: Any, s: int, state: Any, tau: Any) -> None:
     n = s + 1
     flag, f = steps[n, 7], (steps[n, 0], steps[n, 1], steps[n, 2], steps[n, 3])
     p, a = (steps[s, 8], steps[s, 9], steps[s, 10], steps[s, 11]), (state[0], state[1], state[2], state[3])
-    w, after = _weighed(p, a, f, tau, (steps[n, 4], steps[n, 5], steps[n, 6])), _chained(a, f)
+    w, after = _entrywise(p, a, f, tau, steps[n, 4], steps[n, 5], steps[n, 6]), _chained(a, f)
     live = flag >= 0.0
     state[0], state[1] = where(live, after[0], a[0]), where(live, after[1], a[1])
     state[2], state[3] = where(live, after[2], a[2]), where(live, after[3], a[3])
@@ -91,7 +91,7 @@ def gather(
     """Rows of the sixteen points ``at``, and the most panels of them on each piece, whose sum is given back.
 
     ``q`` are the terms, ``places`` start, half length, kick and panels of each piece, ``point`` the unit of length and
-    the size of the terms of q.  A piece without length or kick has no panels.
+    the size of the terms of q.
     """
     pieces, total = len(counts), 0
     for i in range(WIDTH):
@@ -106,10 +106,9 @@ def gather(
         most[j] = 0
         for i in range(WIDTH):
             k, count = index[at[i]], counts[j, at[i]]
-            length, kick = edges[j + 1, k] - edges[j, k], kicks[j, k] if kicks.shape[1] else 0.0
-            places[j, 0, i], places[j, 1, i], places[j, 2, i] = edges[j, k], length / (2 * count), kick
-            count = count if length > 0.0 or kick != 0.0 else 0
-            places[j, 3, i], most[j] = count, max(most[j], count)
+            places[j, 0, i], places[j, 1, i] = edges[j, k], (edges[j + 1, k] - edges[j, k]) / (2 * max(count, 1))
+            places[j, 2, i], places[j, 3, i] = kicks[j, k] if kicks.shape[1] else 0.0, count
+            most[j] = max(most[j], count)
         total += most[j]
     return total
 

@@ -110,7 +110,7 @@ def _alpha(parts: Parts, edges: Array) -> Array:
 def _kicks(parts: Parts, edges: Array, period: float) -> Array | None:
     """What y adds to y' where a piece begins, (pieces, n): half the jump of d; None where there is none.
 
-    A piece without length leaves its jump to the next: there and back again is no jump.
+    A piece without length leaves its jump to the next, the last one to the first: there and back again is no jump.
     """
     kicks, largest = np.zeros(edges[:-1].shape), np.ones(edges.shape[1])
     for j, place in enumerate(parts.places):
@@ -119,9 +119,9 @@ def _kicks(parts: Parts, edges: Array, period: float) -> Array | None:
             continue
         kicks[j] = 0.5 * (after - before).at(edges[j])[..., 0, 0]
         largest = np.maximum(largest, after.magnitude()[..., 0, 0])
-    for j in range(len(kicks) - 1):
+    for j in [*range(len(kicks))] * 2:
         empty = edges[j + 1] == edges[j]
-        kicks[j + 1] += np.where(empty, kicks[j], 0.0)
+        kicks[(j + 1) % len(kicks)] += np.where(empty, kicks[j], 0.0)
         kicks[j][empty] = 0.0
     kicks[(np.abs(kicks) <= ROUNDED * largest) | (edges[:-1] >= period)] = 0.0
     return kicks if np.any(kicks) else None

@@ -129,7 +129,7 @@ def _map_pieces(
 
     def solve(points: NDArray[np.intp], ladder: NDArray[np.int64]) -> None:
         wanted = lengths[:, points] * (panels / period[points] if panels else ladder / q.turn)
-        counts = np.maximum(np.ceil(wanted - 1e-9), 1.0).astype(np.int64)
+        counts = np.maximum(np.ceil(wanted - 1e-9), wanted > 0.0).astype(np.int64)
         map_pieces(q, size, points, counts, rows, compiled=compiled)
         used[points] = counts.sum(axis=0)
 
