@@ -17,7 +17,8 @@ from __future__ import annotations
 from ..errors import ParameterError
 from ..periodic import PeriodicSystem
 from .factors import factor_map
-from .hill import hill_form, hill_map
+from .form import hill_form
+from .hill import hill_map
 from .panels import EPS, LADDER, ROUNDING
 from .result import Method, PeriodMap
 
