@@ -19,7 +19,7 @@ A :class:`PeriodicSystem` is ``q'' + D q' + K q = F u`` or ``x' = A x + F u``; p
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Hashable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from functools import cache
@@ -546,24 +546,27 @@ class Parts:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Equation:
-    """D and K of ``q'' + D q' + K q = F u`` as a function of parameters, for all cases, or some, or exactly.
+    """D and K of ``q'' + D q' + K q = F u`` as a function of parameters, for all cases, some, exactly, or in symbols.
 
     Parameters
     ----------
     build : callable
-        Gives D and K (n, n each) for a dict of arrays, in doubles or exact.
+        Gives D and K (n, n each) for a dict of arrays, of doubles or of objects that have arithmetic.
     parameters : dict of arrays
         They broadcast to the cases.
     degrees : int
         n.
     parts : callable, optional
         Gives the same in pieces, each polynomial once: less to compute than ``build`` would repeat.
+    key : hashable, optional
+        What ``build`` follows from: equations of one key have one tape.  None for those that are not to be recorded.
     """
 
     build: Callable[[Mapping[str, NDArray[Any]]], tuple[PeriodicMatrix, PeriodicMatrix]]
     parameters: Mapping[str, NDArray[Any]]
     degrees: int = 1
     parts: Callable[[Mapping[str, NDArray[Any]]], Parts] | None = None
+    key: Hashable = None
 
     @property
     def cases(self) -> tuple[int, ...]:

@@ -22,6 +22,7 @@ FLAPPING, TPP, MULTIBLADE = (
     "floquet/models/tip_path_plane.py",
     "floquet/models/multiblade.py",
 )
+RECORDED = "floquet/period_map/recorded.py"
 FORM, PRECISE, FACTOR_BOUNDS = (
     "floquet/period_map/form.py",
     "floquet/period_map/precise.py",
@@ -126,7 +127,7 @@ physics = (
         MODELS,
     ),
     Mutant("signs of a₁ and b₁", TPP, "[[-1.0, 0.0]], [[0.0, -1.0]]", "[[1.0, 0.0]], [[0.0, 1.0]]", MODELS),
-    Mutant("truncated where exact is asked", FLAPPING, "physics.exact_offset | (cutout", "False | (cutout", MODELS),
+    Mutant("truncated where exact is asked", FLAPPING, "np.asarray(physics.exact_offset)", "np.asarray(False)", MODELS),
     Mutant("inner reversed region forgotten", FLAPPING, "- 2 * inboard[b]", "- 1 * inboard[b]", MODELS),
     Mutant("outer reversed region forgotten", FLAPPING, "(-1) * ahead]", "ahead]", MODELS),
     Mutant(
@@ -302,6 +303,25 @@ pairing = (
     Mutant("pairs that meet are trusted", FACTORS, "LOST = 1e-12", "LOST = 1e12", SIMPLE),
     Mutant("harmonics doubled in a mean", TPP, "0.5 * row for row", "1.0 * row for row", SIMPLE),
     Mutant("pieces turned backwards", TPP, "np.conj(G * (E[h - j] if", "(G * (E[h - j] if", SIMPLE),
+)  # fmt: skip
+RECORD, PROGRAM, TAPES = "floquet/tape/record.py", "floquet/tape/program.py", "tests/test_tape.py"
+tapes = (
+    Mutant("x - y and y - x are one", RECORD, 'sorted((x, y)) if kind == "+"', "sorted((x, y)) if True", TAPES),
+    Mutant("sign lost in a difference", RECORD, 'self.entry("-" if kind == "+" else "+", x, inner)',
+           'self.entry("+", x, inner)', TAPES),
+    Mutant("divisors taken for powers of two", RECORD, "[0]) == 0.5", "[0]) <= 0.75", TAPES),
+    Mutant("constants rounded once only", RECORD, "operate(*(c.double for c in constants))",
+           "float(operate(*(c.exact for c in constants)))", TAPES),
+    Mutant("rows given up too early", PROGRAM, "if last[p] == n and", "if last[p] <= n + 1 and", TAPES),
+    Mutant("results overwritten", PROGRAM, " | {p: len(needed) for p in outputs}", "", TAPES),
+    Mutant("one tape for whatever is zero", RECORDED, "    folded: tuple[tuple[str, float], ...]",
+           "    folded: tuple[tuple[str, float], ...] = field(compare=False)", TAPES),
+    Mutant("one tape for whatever varies", RECORDED, "    varying: tuple[str, ...]",
+           "    varying: tuple[str, ...] = field(compare=False)", TAPES),
+    Mutant("one tape for exact and truncated offsets", FLAPPING, '"flapping", physics.exact_offset, ',
+           '"flapping", ', TAPES),
+    Mutant("panels of another frequency", "floquet/kernels/form.py", "_wanted(q[i], (first, second), omega)",
+           "_wanted(q[i], (first, second), 1.0)", TAPES),
 )  # fmt: skip
 roots = (
     Mutant(
@@ -702,6 +722,7 @@ FAULTS: tuple[Mutant, ...] = (
     *branch,
     *bounds,
     *pairing,
+    *tapes,
     *roots,
     *errata,
     *responses,

@@ -23,7 +23,8 @@ from .result import PER_CASE, PER_STATE, Stability
 
 __all__ = ["Reason", "Stability", "Verdict", "exponents", "stability"]
 
-CHUNK = 16384  # cases made and solved at once: their coefficients and maps stay in a cache
+CHUNK = 32768  # cases made and solved at once: their maps stay in a cache
+LEAST = 4096  # cases worth a thread
 
 
 def stability(
@@ -77,8 +78,8 @@ def _computed(system: PeriodicSystem, panels: int | None, symmetry: bool, map: b
         return of_grid(grid)
     if system.second_order and (cases := math.prod(system.cases)) >= POINTS:
         keep_memory()
-        if cases > CHUNK:
-            return _in_chunks(system, panels)
+        if len(ends := _ends(cases, CHUNK if system.degrees == 1 else CHUNK // 2)) > 2:
+            return _in_chunks(system, panels, ends)
     return exponents(period_map(system, panels=panels))
 
 
@@ -87,15 +88,21 @@ def exponents(phi: PeriodMap) -> Stability:
     return of_hill(phi) if phi.method in (Method.HILL, Method.MAP) else of_factors(phi)
 
 
-def _in_chunks(system: PeriodicSystem, panels: int | None) -> Stability:
+def _ends(n: int, most: int) -> list[int]:
+    """Where chunks of n cases begin and end: as long as one another, as many for every core."""
+    workers = cores()
+    count = max(1, min(workers * math.ceil(n / (most * workers)), n // LEAST))
+    return [n * i // count for i in range(count + 1)]
+
+
+def _in_chunks(system: PeriodicSystem, panels: int | None, ends: list[int]) -> Stability:
     """Some cases after the other, or on several cores."""
     shape, states = system.cases, system.states
     n = math.prod(shape)
     fields = {name: np.empty(n, kind) for name, kind in PER_CASE.items()}
     fields |= {name: np.empty((n, states), kind) for name, kind in PER_STATE.items()}
 
-    def solve(start: int) -> None:
-        some = slice(start, start + CHUNK)
+    def solve(some: slice) -> None:
         found = exponents(period_map(system.part(some), panels=panels))
         for name, values in fields.items():
             values[some] = getattr(found, name)
@@ -103,7 +110,7 @@ def _in_chunks(system: PeriodicSystem, panels: int | None) -> Stability:
     if system.equation is None:
         system = system.part(slice(None))  # along one axis, once
     with ThreadPoolExecutor(cores()) as pool:
-        list(pool.map(solve, range(0, n, CHUNK)))
+        list(pool.map(solve, map(slice, ends[:-1], ends[1:])))
     shaped: dict[str, Any] = {
         name: v.reshape(*shape, states) if name in PER_STATE else v.reshape(shape) for name, v in fields.items()
     }

@@ -174,9 +174,9 @@ def _grouped(index: NDArray[np.intp], key: NDArray[np.int64]) -> Iterator[tuple[
     """The points of each key, in order."""
     order = np.argsort(key.astype(np.int16), kind="stable")
     counts = np.bincount(key)
-    for k, group in enumerate(np.split(index[order], np.cumsum(counts)[:-1])):
-        if len(group):
-            yield k, group
+    ends = np.cumsum(counts)
+    for k in np.flatnonzero(counts).tolist():
+        yield k, index[order[ends[k] - counts[k] : ends[k]]]
 
 
 # ---------------------------------------------------------------------- any panels, on arrays

@@ -22,7 +22,6 @@ from __future__ import annotations
 import math
 import warnings
 from collections.abc import Mapping, Sequence
-from fractions import Fraction
 from functools import cached_property
 from typing import Any, Unpack
 
@@ -82,14 +81,21 @@ def blade(rotor: Rotor, advance_ratio: ArrayLike, **options: Unpack[PhysicsKeywo
             FloquetWarning,
             stacklevel=3,
         )
-    values = {p.name: np.asarray(getattr(rotor, p.name), float) for p in PARAMETERS} | {"advance_ratio": mu}
-    _Blade(values, physics)  # refuses what cannot be
+    values = {p.name: np.asarray(getattr(rotor, p.name), float) for p in PARAMETERS}
+    values |= {"advance_ratio": mu, "tip_loss": np.asarray(physics.tip_loss, float)}
+    if np.any(values["tip_loss"] <= np.maximum(values["hinge_offset"], values["root_cutout"])):
+        raise ParameterError(
+            "tip_loss",
+            physics.tip_loss,
+            f"tip_loss = {physics.tip_loss:g} leaves no blade that lifts outboard of the hinge or root cutout",
+        )
     return PeriodicSystem(
         period=TWO_PI,
         equation=Equation(
             build=lambda some: _Blade(some, physics).equation(),
             parameters=values,
             parts=(lambda some: _Blade(some, physics).parts()) if physics.reversed_flow else None,
+            key=("flapping", physics.exact_offset, physics.reversed_flow),
         ),
         inputs=lambda: _Blade(values, physics).forcing(),
         input_names=FORCING,
@@ -99,22 +105,16 @@ def blade(rotor: Rotor, advance_ratio: ArrayLike, **options: Unpack[PhysicsKeywo
 
 
 class _Blade:
-    """Eq. (1) for parameters in doubles, or exact ones (object arrays of fractions)."""
+    """Eq. (1) for parameters in doubles, or in object arrays: exact ones, or symbols while no blade has a cutout."""
 
     def __init__(self, values: Mapping[str, NDArray[Any]], physics: Physics) -> None:
         self.values, self.physics = values, physics
         self.mu, self.offset = values["advance_ratio"], values["hinge_offset"]
         self.half = values["lock_number"] / 2
         cutout = values["root_cutout"]
-        self.root = np.maximum(self.offset, cutout)
-        self.tip = Fraction(physics.tip_loss) if self.mu.dtype == object else physics.tip_loss
-        if np.any(self.tip <= self.root):
-            raise ParameterError(
-                "tip_loss",
-                self.tip,
-                f"tip_loss = {self.tip:g} leaves no blade that lifts outboard of the hinge or root cutout",
-            )
-        self.exact = physics.exact_offset | (cutout > self.offset)
+        self.tip, self.root, self.exact = values["tip_loss"], self.offset, np.asarray(physics.exact_offset)
+        if np.any(cutout):
+            self.root, self.exact = np.maximum(self.offset, cutout), self.exact | (cutout > self.offset)
 
     def equation(self) -> tuple[PeriodicMatrix, PeriodicMatrix]:
         """d and k."""
@@ -181,8 +181,8 @@ class _Blade:
 
     def _moment(self, monomials: Sequence[NDArray[Any]], power: int) -> NDArray[Any]:
         """∫ x^power Σ c_n x^n dx; what lies inboard of the hinge is O(ε^(degree+1)), and the report keeps it to ε²."""
-        outer = sum(c * self.tip ** (n + power + 1) / (n + power + 1) for n, c in enumerate(monomials))
-        keep = np.asarray(self.exact) | (len(monomials) + power <= 2)
+        outer = sum(c * _power(self.tip, n + power + 1) / (n + power + 1) for n, c in enumerate(monomials))
+        keep = self.exact | (len(monomials) + power <= 2)
         if not keep.any():
             return np.asarray(outer)
         inner = sum(c * _power(self.root, n + power + 1) / (n + power + 1) for n, c in enumerate(monomials))

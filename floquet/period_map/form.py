@@ -10,7 +10,7 @@ so that both exponents keep all their digits; where d jumps by Δ, y' jumps by �
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from ..kernels.pieces import Pieces
 from ..periodic import Parts, PeriodicMatrix, PeriodicSystem, on_common_pieces
 
-__all__ = ["HillForm", "hill_form"]
+__all__ = ["HillForm", "hill_form", "mean_growth", "polynomial", "term_size"]
 
 Array = NDArray[np.float64]
 ROUNDED = 1e-14  # a jump of d below this part of d is the rounding of equal values
@@ -39,13 +39,13 @@ def hill_form(system: PeriodicSystem) -> HillForm:
         return _of_one_polynomial(system, n)
     edges = np.broadcast_to(parts.edges, (n, len(parts.places) + 1)).T
     q = Pieces(
-        polynomials=tuple(_trimmed(_rows(_form(*pair), n)) for pair in parts.pairs),
+        polynomials=tuple(_trimmed(_rows(polynomial(*pair), n)) for pair in parts.pairs),
         places=parts.places,
         edges=np.minimum(edges, period),
         kicks=_kicks(parts, edges, period),
         turn=parts.pairs[0][1].period,
     )
-    size = np.maximum.reduce(np.broadcast_arrays(*(_size(*pair) for pair in parts.pairs)))
+    size = np.maximum.reduce(np.broadcast_arrays(*(term_size(*pair) for pair in parts.pairs)))
     return HillForm(q, _alpha(parts, edges), np.broadcast_to(size, (n,)))
 
 
@@ -53,9 +53,9 @@ def _of_one_polynomial(system: PeriodicSystem, n: int) -> HillForm:
     k, d = system.stiffness, system.damping
     assert k is not None
     edges = np.broadcast_to(np.array([[0.0], [system.period]]), (2, n))
-    q = Pieces(polynomials=(_rows(_form(d, k), n),), places=(0,), edges=edges, kicks=None, turn=k.period)
-    alpha = np.zeros(k.cases) if d is None else -0.5 * np.asarray(d.mean()[..., 0, 0], float)
-    return HillForm(q, np.broadcast_to(alpha, (n,)), np.broadcast_to(_size(d, k), (n,)))
+    q = Pieces(polynomials=(_rows(polynomial(d, k), n),), places=(0,), edges=edges, kicks=None, turn=k.period)
+    alpha = np.zeros(k.cases) if d is None else mean_growth(d)
+    return HillForm(q, np.broadcast_to(alpha, (n,)), np.broadcast_to(term_size(d, k), (n,)))
 
 
 def _parts(system: PeriodicSystem) -> Parts | None:
@@ -72,18 +72,23 @@ def _parts(system: PeriodicSystem) -> Parts | None:
     return Parts(pairs=[(d and d.piece(j), k.piece(j)) for j in pieces], places=tuple(pieces), edges=k.edges)
 
 
-def _form(d: PeriodicMatrix | None, k: PeriodicMatrix) -> PeriodicMatrix:
+def polynomial(d: PeriodicMatrix | None, k: PeriodicMatrix) -> PeriodicMatrix:
     """q of a piece."""
     return k if d is None else k - d.derivative() / 2 - (d @ d) / 4
 
 
-def _size(d: PeriodicMatrix | None, k: PeriodicMatrix) -> Array:
-    """Of the terms of q of a piece."""
+def mean_growth(d: PeriodicMatrix) -> NDArray[Any]:
+    """α of a single piece."""
+    return np.asarray(-d.mean()[..., 0, 0] / 2)
+
+
+def term_size(d: PeriodicMatrix | None, k: PeriodicMatrix) -> NDArray[Any]:
+    """Of the terms that q of a piece is made of: rounding of q is relative to it."""
     size = k.magnitude()[..., 0, 0]
     if d is None:
         return size
     damping = d.magnitude()[..., 0, 0]
-    return np.asarray(size + (0.5 + 0.25 * damping) * damping)
+    return np.asarray(size + (2 + damping) * damping / 4)
 
 
 def _rows(q: PeriodicMatrix, n: int) -> Array:

@@ -1,8 +1,6 @@
 """One scalar equation, mapped in its Hill form.
 
-How many panels a point needs follows from its q alone: from the frequency √|q| and, for every harmonic n of amplitude
-a_n, from the terms (nh)^k of its Taylor series.  The rule below was fitted to what 18 000 random blades and Mathieu
-equations needed; points that need more go up the ladder.
+How many panels a point needs follows from its q alone (:mod:`floquet.kernels.ladder`); points that need more go up.
 """
 
 from __future__ import annotations
@@ -13,22 +11,20 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
+from ..kernels import available, worth_compiling
 from ..kernels.hill import ROWS, map_equal_panels
+from ..kernels.ladder import LADDER, first_rung
 from ..kernels.pieces import Pieces, map_pieces
 from ..periodic import PeriodicSystem
 from .form import hill_form
 from .precise import make_precise
+from .recorded import Smooth, smooth_form
 from .result import Method, PeriodMap
 
 __all__ = ["hill_map"]
 
 Array = NDArray[np.float64]
 
-#: Numbers of panels a turn of harmonic 1, by about an eighth.
-LADDER = np.array([*range(2, 17), *(round(16 * 1.125**k) for k in range(1, 50))], np.int64)
-PLACES = np.searchsorted(LADDER, np.arange(LADDER[-1] + 1)).astype(np.int16)  # of a number of panels on the ladder
-COUNTABLE = 2.1  # panels a turn over √|q|: less than half a turn (π) of y each, so that its zeros are counted
-FREQUENCY, HARMONIC, AMPLITUDE = 0.9, 1.1, 2.2
 RUNGS = 16  # a factor of eight: what is smooth is resolved by then, other places need kinks declared
 
 
@@ -46,13 +42,21 @@ def hill_map(
     ``alike``: so many points one after another are mapped on the panels of the stiffest of them.
     """
     shape = system.cases
-    q, alpha, size = hill_form(system.part(slice(None)))
+    part = system.part(slice(None))
     n = math.prod(shape)
-    rows, used = np.empty((len(ROWS), n)), np.empty(n, np.int32)
-    if len(q.places) == 1 and len(q.polynomials[0]) <= 5 and q.kicks is None:
-        _map_smooth(q, size, system.period, panels, rows, used, compiled=compiled, alike=alike)
-    else:
-        _map_pieces(q, size, panels, rows, used, compiled=compiled)
+    rows, used, kicked = np.empty((len(ROWS), n)), np.empty(n, np.int32), None
+    fast = worth_compiling(n) if compiled is None else compiled and available()
+    if (smooth := smooth_form(part) if fast else None) is None:
+        q, alpha, size = hill_form(part)
+        if len(q.places) == 1 and len(q.polynomials[0]) <= 5 and q.kicks is None:
+            smooth = Smooth.of(q.polynomials[0], q.turn, size, alpha)
+        else:
+            _map_pieces(q, size, panels, rows, used, compiled=fast)
+            # a jump of the damping is known in doubles only
+            kicked = None if q.kicks is None else np.any(q.kicks, axis=0)
+    if smooth is not None:
+        alpha = smooth.alpha
+        _map_smooth(smooth, system.period, panels, rows, used, compiled=fast, alike=alike)
     phi = PeriodMap(
         method=Method.HILL,
         period=system.period,
@@ -62,10 +66,7 @@ def hill_map(
         rows=rows,
         methods=np.full(n, Method.HILL, np.int8),
     )
-    if not precise or panels:
-        return phi
-    kicked = None if q.kicks is None else np.any(q.kicks, axis=0)  # a jump of the damping is known in doubles only
-    return make_precise(phi, system, kicked)
+    return phi if panels or not precise else make_precise(phi, system, kicked)
 
 
 def _refined(
@@ -78,47 +79,34 @@ def _refined(
     pending, raised = np.arange(rung.shape[-1]), 0
     while pending.size:
         solve(pending, LADDER[np.minimum(rung[..., pending] + raised, len(LADDER) - 1)])
-        pending = pending[rows[7, pending] > 0] if raised < RUNGS and not fixed else pending[:0]
+        if fixed or raised == RUNGS:
+            return
+        pending = np.flatnonzero(rows[7] > 0)
         raised += 2
 
 
 def _map_smooth(
-    q: Pieces,
-    size: Array,
+    form: Smooth,
     period: float,
     panels: int | None,
     rows: Array,
     used: NDArray[np.int32],
     *,
-    compiled: bool | None,
+    compiled: bool,
     alike: int,
 ) -> None:
     """One trigonometric polynomial over the period: equal panels."""
-    terms, angle = q.polynomials[0], period / q.turn
+    angle = period / form.period
 
     def solve(points: NDArray[np.intp], ladder: NDArray[np.int64]) -> None:
         counts = np.full(len(points), panels) if panels else np.ceil(ladder * angle - 1e-9).astype(np.int64)
-        map_equal_panels(terms, size, points, counts, period, angle, rows, compiled=compiled)
+        map_equal_panels(form.terms, form.size, points, counts, period, angle, rows, compiled=compiled)
         used[points] = counts
 
-    rung = _first_rung(terms, 2.0 * math.pi / q.turn)
+    rung = form.rung
     if alike > 1:
         rung = rung.reshape(-1, alike).max(axis=1).repeat(alike)
     _refined(rung, rows, bool(panels), solve)
-
-
-def _first_rung(terms: Array, omega: float) -> NDArray[np.int16]:
-    """Place on the ladder for q as terms (2H+1, n) in harmonics of frequency ω."""
-    amplitudes = np.sqrt(terms[1::2] ** 2 + terms[2::2] ** 2)
-    frequency = np.sqrt(np.abs(terms[0]) + amplitudes.sum(axis=0)) / omega
-    wanted = COUNTABLE * frequency
-    if len(amplitudes):
-        series = np.zeros(terms.shape[1])
-        for n, a in enumerate(amplitudes, start=1):
-            relative = np.sqrt(np.sqrt((4.0 / (n * omega) ** 2) * a))
-            np.maximum(series, n * np.where(a > 0.0, HARMONIC + AMPLITUDE * relative, 0.0), out=series)
-        wanted = np.maximum(wanted, FREQUENCY * frequency + series)
-    return PLACES[np.ceil(np.minimum(wanted, len(PLACES) - 1)).astype(np.int64)]
 
 
 def _map_pieces(
@@ -133,5 +121,5 @@ def _map_pieces(
         map_pieces(q, size, points, counts, rows, compiled=compiled)
         used[points] = counts.sum(axis=0)
 
-    rungs = [_first_rung(p, 2.0 * math.pi / q.turn) for p in q.polynomials]
+    rungs = [first_rung(p, 2.0 * math.pi / q.turn) for p in q.polynomials]
     _refined(np.stack([rungs[place] for place in q.places]), rows, bool(panels), solve)

@@ -32,9 +32,7 @@ MOST_PANELS = 512  # in doubles; beyond, a point would take seconds
 def make_precise(phi: PeriodMap, system: PeriodicSystem, left_out: NDArray[np.bool_] | None = None) -> PeriodMap:
     """``phi`` with the points near branch points mapped again, those that are ``left_out`` excepted."""
     assert phi.rows is not None
-    size, b = np.abs(phi.rows[8]), phi.rows[5]
-    bound = b / (phi.period * (np.sqrt(size) + np.sqrt(b)) * np.sqrt(1.0 + np.maximum(phi.rows[8], 0.0)))
-    index = np.flatnonzero((bound > TOLERANCE) & (phi.panels <= MOST_PANELS) & np.isfinite(size))
+    index = _doubtful(phi)
     if left_out is not None:
         index = index[~left_out[index]]
     if not index.size:
@@ -50,6 +48,16 @@ def make_precise(phi: PeriodMap, system: PeriodicSystem, left_out: NDArray[np.bo
         rows[:, case] = _mapped(q.case(slice(place, place + 1)), phi.period, int(phi.panels[case]))
         methods[case] = Method.PRECISE
     return replace(phi, rows=rows, methods=methods)
+
+
+def _doubtful(phi: PeriodMap) -> NDArray[np.intp]:
+    """The points whose exponents have bounds above :data:`TOLERANCE`."""
+    assert phi.rows is not None
+    D, b = phi.rows[8], phi.rows[5]
+    index = np.flatnonzero(b * b > (TOLERANCE * phi.period) ** 2 * np.abs(D))  # all of them, and some more
+    D, b = D[index], b[index]
+    bound = b / (phi.period * (np.sqrt(np.abs(D)) + np.sqrt(b)) * np.sqrt(1.0 + np.maximum(D, 0.0)))
+    return index[(bound > TOLERANCE) & (phi.panels[index] <= MOST_PANELS) & np.isfinite(D)]
 
 
 def _mapped(q: PeriodicMatrix, period: float, panels: int) -> list[float]:
