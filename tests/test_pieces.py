@@ -10,7 +10,6 @@ from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
-import mpmath
 import mpmath as mp
 import numpy as np
 import pytest
@@ -232,13 +231,13 @@ def test_jumps_of_the_damping_are_kicks(fast: bool) -> None:
     phi = hill_map(system, precise=False, compiled=fast)
     assert phi.rows is not None
     for case in range(0, MANY, 37):
-        with mpmath.workdps(30):
-            product, growth = mpmath.eye(2), mpmath.mpf(0)
-            for j, (begin, end) in enumerate(pairwise(map(mpmath.mpf, edges[case]))):
-                damping, stiffness = mpmath.mpf(d[case, j]), mpmath.mpf(k[case, j])
-                product = mpmath.expm(mpmath.matrix([[0, 1], [-stiffness, -damping]]) * (end - begin)) * product
+        with mp.workdps(30):
+            product, growth = mp.eye(2), mp.mpf(0)
+            for j, (begin, end) in enumerate(pairwise(map(mp.mpf, edges[case]))):
+                damping, stiffness = mp.mpf(d[case, j]), mp.mpf(k[case, j])
+                product = mp.expm(mp.matrix([[0, 1], [-stiffness, -damping]]) * (end - begin)) * product
                 growth -= damping * (end - begin) / 2
-            half_trace = float((product[0, 0] + product[1, 1]) / 2 * mpmath.exp(-growth))  # of determinant 1
+            half_trace = float((product[0, 0] + product[1, 1]) / 2 * mp.exp(-growth))  # of determinant 1
         assert phi.mean[case] == pytest.approx(float(growth) / TWO_PI, abs=1e-15)
         assert abs(phi.half_trace[case] - half_trace) <= phi.rows[4, case]
 
