@@ -22,7 +22,7 @@ FLAPPING, TPP, MULTIBLADE = (
     "floquet/models/tip_path_plane.py",
     "floquet/models/multiblade.py",
 )
-RECORDED = "floquet/period_map/recorded.py"
+RECORDED, PAIRS = "floquet/period_map/recorded.py", "tests/test_pairs.py"
 FORM, PRECISE, FACTOR_BOUNDS = (
     "floquet/period_map/form.py",
     "floquet/period_map/precise.py",
@@ -565,6 +565,17 @@ maps = (
     Mutant("rows of a design cut wrongly", "floquet/sweep.py", "wanted = (places >= start) & (places < stop)",
            "wanted = (places >= start) & (places <= stop)", "tests/test_sweep.py"),
     Mutant("maps forgotten in studies", "floquet/studyfile.py", "map=compare.map", "map=False", "tests/test_study.py"),
+    Mutant("heads alone", "floquet/kernels/pairs.py", "return normal(s, e + f)", "return s, 0.0", PAIRS),
+    Mutant("tails of products forgotten", "floquet/kernels/pairs.py", "(a[0] * b[1] + a[1] * b[0])", "a[0] * b[1]",
+           PAIRS),
+    Mutant("a fused multiply-add of its own", "floquet/kernels/compiler.py", "return _kept(function, {})",
+           'return _kept(function, {"fastmath": True})', PAIRS),
+    Mutant("constants rounded", "floquet/period_map/pairs.py", "return head, float(x - Fraction(head))",
+           "return head, 0.0", PAIRS),
+    Mutant("series of pairs cut short", "floquet/kernels/doubled.py", "ORDER = 44", "ORDER = 28", PAIRS),
+    Mutant("errors of pairs not weighed", "floquet/kernels/doubled.py", "SCALE = 2.0**48", "SCALE = 2.0**80", PAIRS),
+    Mutant("a panel's centre at its end", "floquet/period_map/pairs.py", "cosine_and_sine(n * (2 * s + 1) * half)",
+           "cosine_and_sine(n * (2 * s + 2) * half)", PAIRS),
     Mutant("no tail in the bound", NODES, "bound = bound + _tail(", "bound = bound + 0.0 * _tail(", C),
     Mutant("bound of nodes forgotten", NODES, "bound = self.values[6] + ROUNDING", "bound = ROUNDING", C),
     Mutant("slack forgotten", NODES, "    if slack:\n", "    if False:\n", C),
@@ -585,9 +596,7 @@ maps = (
            "return np.asarray(value([0] * len(self.fixed), 0))", C),
     Mutant("tiny grids get nodes", TENSOR, "LEAST = 4096", "LEAST = 40", C),
     Mutant("points next to branch points kept", TILES, "most=TOLERANCE", "most=1.0", C),
-    Mutant("untouched points in doubles", TILES, "    if not carried:\n", "    if False:\n", C),
-    Mutant("bound of products forgotten", TILES, "np.maximum(phi.rows[5], judged(m, phi.rows[4])[1])",
-           "phi.rows[5]", C),
+    
     Mutant("planes of three axes signed", TILES, "weight[:, -1] = np.abs(e)", "pass", C),
     Mutant("exactness lost in parts", "floquet/periodic.py",
            "return replace(self, damping=None, stiffness=None, equation=equation, blade=None)",

@@ -22,7 +22,7 @@ from typing import Any, TypeVar
 import numba
 import numpy as np
 
-__all__ = ["cache_folder", "inlined", "kernel"]
+__all__ = ["cache_folder", "inlined", "kernel", "unfused_kernel"]
 
 F = TypeVar("F", bound=Callable[..., Any])
 OPTIONS: dict[str, Any] = {"nogil": True, "error_model": "numpy"}
@@ -58,11 +58,20 @@ def kernel(function: F) -> F:
 
     A product and a sum may be fused.
     """
+    return _kept(function, FUSED)
+
+
+def unfused_kernel(function: F) -> F:
+    """The same for arithmetic in which every rounding counts."""
+    return _kept(function, {})
+
+
+def _kept(function: F, more: dict[str, Any]) -> F:
     config: Any = numba.config
     before = config.CACHE_DIR
     config.CACHE_DIR = cache_folder() or before
     try:
-        return numba.njit(cache=bool(cache_folder()), **OPTIONS, **FUSED)(function)
+        return numba.njit(cache=bool(cache_folder()), **OPTIONS, **more)(function)
     finally:
         config.CACHE_DIR = before
 

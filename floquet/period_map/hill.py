@@ -66,7 +66,7 @@ def hill_map(
         rows=rows,
         methods=np.full(n, Method.HILL, np.int8),
     )
-    return phi if panels or not precise else make_precise(phi, system, kicked)
+    return phi if panels or not precise else make_precise(phi, system, kicked, compiled=fast)
 
 
 def _refined(
