@@ -13,7 +13,7 @@ import numpy as np
 
 from .compiler import unfused_kernel
 from .hill import COEFFICIENTS, EPS
-from .hill_lanes import LANES, backward, unit
+from .hill_lanes import LANES, unit, weigh
 from .pairs import added, multiplied, negative, pure, scaled
 
 __all__ = ["ORDER", "map_pairs"]
@@ -145,14 +145,7 @@ def map_pairs(q: Any, size: Any, cosines: Any, weights: Any, inverse: Any, half:
                 ends(v, of_v)
                 panel(u, v, of_u, of_v, m, steps[s + 1], g * WIDTH)
             maps[g] = m
-        lanes = groups * WIDTH
-        last = steps[panels, 4 * LANES :]
-        for i in range(lanes):
-            point[i] = 0.5 * (last[i] + last[3 * LANES + i])
-        state[:] = 0.0
-        unit(state)
-        for s in range(panels, 0, -1):
-            backward(steps[s], steps[s - 1], state, point, lanes)
+        weigh(steps, panels, state, point, groups * WIDTH)
         for i in range(count):
             finish(maps[i // WIDTH], i % WIDTH, state, i, half, out, start + i)
 

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from ..tape import Program
 from . import ladder
 from .compiler import inlined, kernel
+from .hill_lanes import select
 from .lanes import WIDTH, as_lanes, scratch
 from .tape import run_prologue, run_steps
 
@@ -21,12 +22,7 @@ LANES = 256
 TERMS = 5  # of q, the most that compiled maps take
 
 
-@inlined
-def _select(condition: Any, yes: Any, no: Any) -> Any:
-    return yes if condition else no
-
-
-_wanted = inlined(ladder.wanted, fused=False, select=_select, sqrt=math.sqrt)
+_wanted = inlined(ladder.wanted, fused=False, select=select, sqrt=math.sqrt)
 _amplitude = inlined(ladder.amplitude, fused=False, sqrt=math.sqrt)
 
 

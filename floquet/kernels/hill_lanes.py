@@ -20,7 +20,7 @@ from .hill import COEFFICIENTS, EPS, ROUNDING, TRUNCATION
 from .lanes import WIDTH
 from .taylor import panel, two_harmonics, weights
 
-__all__ = ["LANES", "blocks", "close_rows", "hill_blocks", "select"]
+__all__ = ["LANES", "blocks", "close_rows", "hill_blocks", "select", "unit", "weigh"]
 
 LANES = 256  # enough for a panel's weights to be fetched once for many points; the scratch of a block stays in L2
 
@@ -88,6 +88,18 @@ def unit(m: Any) -> None:
 
 
 @kernel
+def weigh(steps: Any, panels: int, state: Any, point: Any, lanes: int) -> None:
+    """The sweep backwards over all panels: the product of all and the sums of their errors in ``state``."""
+    last = steps[panels, 4 * LANES :]
+    for i in range(lanes):
+        point[i] = 0.5 * (last[i] + last[3 * LANES + i])
+    state[:] = 0.0
+    unit(state)
+    for s in range(panels, 0, -1):
+        backward(steps[s], steps[s - 1], state, point, lanes)
+
+
+@kernel
 def hill_blocks(q: Any, size: Any, index: Any, count: int, cosines: Any, table: Any, half: float, out: Any) -> None:
     """:func:`floquet.kernels.hill.map_equal_panels` for ``count`` points in :func:`blocks`."""
     panels = len(cosines)
@@ -103,13 +115,8 @@ def hill_blocks(q: Any, size: Any, index: Any, count: int, cosines: Any, table: 
         unit(steps[0, 4 * LANES :])
         for s in range(panels):
             forward(rows, steps[s], steps[s + 1], cosines[s], table, lanes)
+        weigh(steps, panels, state, point, lanes)
         last = steps[panels, 4 * LANES :]
-        for i in range(lanes):
-            point[i] = 0.5 * (last[i] + last[3 * LANES + i])
-        state[:] = 0.0
-        unit(state)
-        for s in range(panels, 0, -1):
-            backward(steps[s], steps[s - 1], state, point, lanes)
         for i in range(lanes):
             m = (last[i], last[LANES + i], last[2 * LANES + i], last[3 * LANES + i])
             sums = (state[4 * LANES + i], state[5 * LANES + i], state[6 * LANES + i])
