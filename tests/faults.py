@@ -29,7 +29,8 @@ FORM, PRECISE, FACTOR_BOUNDS = (
     "floquet/exponents/factors.py",
 )
 CLOSING, HILL, TAYLOR = "floquet/kernels/closing.py", "floquet/kernels/hill.py", "floquet/kernels/generate.py"
-MODELS = "tests/test_models.py"
+PIECES, PIECES_LANES = "floquet/kernels/pieces.py", "floquet/kernels/pieces_lanes.py"
+MODELS, IN_PIECES = "tests/test_models.py", "tests/test_pieces.py"
 
 #: One integral ∫ U_T^p x^j (x-ε)^k dx and the power b of u in it, with the coefficients it gives.
 INTEGRALS = {
@@ -264,6 +265,43 @@ bounds = (
 PAIRING, FACTORS = "floquet/kernels/pairing.py", "floquet/kernels/quadratics.py"
 COMPARED, SIMPLE = "tests/test_comparison.py", "tests/test_simple_model.py"
 MIRROR = "mirror = -2.0 * lock - k"
+pieces = (
+    Mutant(
+        "lanes: zeros not counted",
+        PIECES_LANES,
+        "abs(where(steps[n, 8] < 0.0, 1.0",
+        "abs(where(steps[n, 8] < 0.0, 0.0",
+        IN_PIECES,
+    ),
+    Mutant("lanes: rough panels not counted", PIECES_LANES, "flag > 0.0, 1.0", "flag > 0.0, 0.0", IN_PIECES),
+    Mutant(
+        "lanes: a point that waits moves on", PIECES_LANES, "where(live, product[0], m[0])", "product[0]", IN_PIECES
+    ),
+    Mutant(
+        "lanes: errors of a point that waits",
+        PIECES_LANES,
+        "where(live, state[5] + w[1], state[5])",
+        "state[5] + w[1]",
+        IN_PIECES,
+    ),
+    Mutant("lanes: a kick at every panel", PIECES_LANES, "if s == 0 else", "if s >= 0 else", IN_PIECES),
+    Mutant("lanes: angles of harmonics", PIECES_LANES, "sine * c + cosine * s", "sine * c - cosine * s", IN_PIECES),
+    Mutant("lanes: centre of a panel", PIECES_LANES, "(2 * s + 1) * half", "(2 * s + 0.999) * half", IN_PIECES),
+    Mutant("pieces: signs of the series", PIECES, "np.where(k % 4 < 2", "np.where(k % 4 < 3", IN_PIECES),
+    Mutant("pieces: centre of a panel", PIECES, "(2 * place + 1) * half", "(2 * place + 0.999) * half", IN_PIECES),
+    Mutant("bounds of short panels idle", HILL, "(g < 0.5) & (area < 1.0)", "(g < 0.0) & (area < 1.0)", IN_PIECES),
+    Mutant("bounds of kicked panels", HILL, "(1.0 + g * abs(kick))", "(1.0 - g * abs(kick))", IN_PIECES),
+    Mutant("kicks there and back again", FORM, "] += np.where(empty", "] += 0.0 * np.where(empty", IN_PIECES),
+    Mutant(
+        "forty digits without kicks",
+        "floquet/period_map/hill.py",
+        "make_precise(phi, system, kicked)",
+        "make_precise(phi, system, None)",
+        IN_PIECES,
+    ),
+    Mutant("two parts of ½π", "floquet/kernels/elementary.py", "- turns * QUARTER[2]", "- 0.0 * QUARTER[2]", IN_PIECES),
+    Mutant("mean of a piece", "floquet/periodic.py", "(2.0 / (h * omega))", "(2.0 / omega)", IN_PIECES),
+)
 pairing = (
     *(
         Mutant(
@@ -730,6 +768,7 @@ FAULTS: tuple[Mutant, ...] = (
     *physics,
     *branch,
     *bounds,
+    *pieces,
     *pairing,
     *tapes,
     *roots,

@@ -6,7 +6,7 @@ import math
 import subprocess
 import sys
 import textwrap
-from itertools import pairwise
+from itertools import pairwise, product
 from pathlib import Path
 from typing import Any
 
@@ -17,6 +17,7 @@ from scipy.integrate import solve_ivp
 
 from floquet import stability
 from floquet.kernels import available
+from floquet.kernels.hill import placed
 from floquet.models import flapping
 from floquet.models.textbook import meissner
 from floquet.period_map import Method, PeriodMap, hill_form, period_map
@@ -260,13 +261,23 @@ def test_a_piece_without_length_changes_nothing(fast: bool) -> None:
     assert np.all(np.abs(phi.discriminant - whole.discriminant) <= phi.rows[5] + whole.rows[5])
 
 
-def test_forty_digits_do_not_depend_on_kicks_of_neighbours() -> None:
-    """q = 0 is a branch point; beside it a case whose damping jumps."""
+def test_forty_digits_do_not_depend_on_kicks_of_neighbours(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Two cases side by side; a jump of the damping is known in doubles only."""
+    monkeypatch.setattr("floquet.period_map.precise.TOLERANCE", 0.0)
     jump, edges = np.array([0.0, 0.5]), np.array([0.0, 1.0, TWO_PI])
     d = PeriodicMatrix.pieces([PeriodicMatrix.scalar(mean=0 * jump), PeriodicMatrix.scalar(mean=jump)], edges)
-    k = PeriodicMatrix.pieces([PeriodicMatrix.scalar(mean=[0.0, 1.0])] * 2, edges)
+    k = PeriodicMatrix.pieces([PeriodicMatrix.scalar(mean=[0.5, 1.0])] * 2, edges)
     phi = period_map(PeriodicSystem(period=TWO_PI, damping=d, stiffness=k))
     assert phi.methods is not None and list(phi.methods) == [Method.PRECISE, Method.HILL]
+
+
+@pytest.mark.parametrize("kick", [0.0, 7.0, -7.0])
+def test_errors_of_a_panel_after_its_kick(kick: float) -> None:
+    """Entries of F moved by ±e: after the kick none moves by more than its bound, and each by all of it."""
+    f, e, options = np.array([1.1, 0.8, -0.4, 0.9]), 1e-6, (0.1, 0.3, 0.0, kick)
+    F, (delta, d1, d2), _ = placed(f, e, *options)
+    moved = [np.subtract(placed(f + e * np.array(signs), e, *options)[0], F) for signs in product((-1, 1), repeat=4)]
+    np.testing.assert_allclose(np.abs(moved).max(axis=0), [delta, d1, d2, e], rtol=1e-6)
 
 
 def test_pieces_of_a_part_of_the_coefficients_period() -> None:
