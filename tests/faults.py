@@ -295,8 +295,8 @@ pieces = (
     Mutant(
         "forty digits without kicks",
         "floquet/period_map/hill.py",
-        "make_precise(phi, system, kicked)",
-        "make_precise(phi, system, None)",
+        "make_precise(phi, system, kicked,",
+        "make_precise(phi, system, None,",
         IN_PIECES,
     ),
     Mutant("two parts of ½π", "floquet/kernels/elementary.py", "- turns * QUARTER[2]", "- 0.0 * QUARTER[2]", IN_PIECES),
