@@ -31,7 +31,7 @@ MODES = ("regressing", "coning", "advancing", "differential")
 #: Intervals of failure kept in a row of limits; their true number is a column.
 INTERVALS = 6
 #: Raised when any number in a row changes.
-ENGINE = 2
+ENGINE = 3
 METRIC_COLUMNS = {
     Metric.RELATIVE: "error_{}",
     Metric.ABSOLUTE: "error_absolute_{}",
