@@ -361,28 +361,37 @@ tapes = (
     Mutant("panels of another frequency", "floquet/kernels/form.py", "_wanted(q[i], (first, second), omega)",
            "_wanted(q[i], (first, second), 1.0)", TAPES),
 )  # fmt: skip
+DESIGNS, CURVES, LIMITS = (f"floquet/validity/{name}.py" for name in ("designs", "curves", "limits"))
+V = "tests/test_validity.py"
 roots = (
+    Mutant("growth confused with lock", DESIGNS, "np.cosh(phi.mean * phi.period))\n", "1.0)\n", V),
     Mutant(
-        "extrema between nodes ignored",
-        "floquet/validity.py",
-        "real = np.clip(found.real[",
-        "real = 0.0 * np.clip(turning.real[",
-        "tests/test_validity.py",
+        "onset where τ is 1", DESIGNS, "neutral = np.cosh(phi.mean * phi.period)", "neutral = 1.0 + 0.0 * phi.mean", V
     ),
+    Mutant("locks at one end of τ", DESIGNS, "self._half_trace, (1.0, -1.0)", "self._half_trace, (1.0,)", V),
+    Mutant("kinks passed over", DESIGNS, 'if self.options.get("reversed_flow", False):', "if False:", V),
+    Mutant("locks of one name joined too early", DESIGNS, "(enter[1:] == leave[:-1]) & (rho", "(rho", V),
     Mutant(
-        "growth confused with lock",
-        "floquet/validity.py",
-        "np.sinh(phi.mean * phi.period) ** 2",
-        "0.0 * phi.mean",
-        "tests/test_validity.py",
+        "cells without a root kept out too early",
+        CURVES,
+        "half * (slope + 0.5 * half * by_theta[which])",
+        "half * slope",
+        V,
     ),
+    Mutant("one root where the slope turns", CURVES, "(slope > half * by_theta[which])", "(slope > 0.0)", V),
+    Mutant("touching curves pass", CURVES, "some = (width > 0.5 * least)", "some = (width >= 0.0)", V),
+    Mutant("pieces that touch not cut", CURVES, "PARTED = 6", "PARTED = 0", V),
+    Mutant("pieces left unresolved", CURVES, "rounding: float = 2e-14", "rounding: float = 2e-4", V),
     Mutant(
-        "locks that meet almost taken for one",
-        "floquet/validity.py",
-        "changes = np.flatnonzero(rho[:-1] != rho[1:])",
-        "changes = np.flatnonzero(rho[:-1] > 99.0)",
-        "tests/test_validity.py",
+        "roots of polynomials left as they are",
+        CURVES,
+        "            for _ in range(2):\n                moved",
+        "            for _ in range(0):\n                moved",
+        V,
     ),
+    Mutant("hidden extrema forgotten", LIMITS, "may |= (there > t) & (there - reach <= t)", "pass", V),
+    Mutant("failing in hover forgotten", LIMITS, "extra = np.flatnonzero(failing)", "extra = np.flatnonzero([0])", V),
+    Mutant("edges of the neighbour", LIMITS, "better = (edges.case[i] == case) & ", "better = ", V),
 )
 
 HOVER, DECOUPLING, TEETERING = "floquet/models/hover.py", "floquet/decoupling.py", "floquet/models/teetering.py"

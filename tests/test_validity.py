@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -17,10 +18,11 @@ from floquet.exponents import stability
 from floquet.models import flapping, tip_path_plane
 from floquet.rotor import Hub, Rotor
 from floquet.validity import (
+    all_limits,
+    crossings,
     instability_onset,
     limits,
     lock_windows,
-    sign_changes,
     split_edges,
     validity_intervals,
     validity_limit,
@@ -207,13 +209,60 @@ def test_splits_are_where_the_tpp_pairs_turn_real() -> None:
     assert found.split_edge == min(edges, key=lambda e: abs(e - found.limit))
 
 
-def test_sign_changes_finds_close_pairs_and_ends() -> None:
-    """Roots a millionth apart, a double root that does not cross, many roots."""
-    np.testing.assert_allclose(sign_changes(lambda x: (x - 0.5) * (x - 0.500001), 0.0, 1.0), [0.5, 0.500001], atol=1e-9)
-    assert sign_changes(lambda x: (x - 0.5) ** 2 + 1e-9, 0.0, 1.0) == []
+def passages(f: Callable[[Any], Any], **given: Any) -> list[float]:
+    """Every passage of one curve through zero on [0, 1]."""
+    return crossings(lambda _, x: f(x), np.zeros(1), np.ones(1), **given).x.tolist()
+
+
+def test_crossings_are_found_however_close() -> None:
+    """Roots a millionth apart, a double root that does not cross, many roots, none at the ends."""
+    np.testing.assert_allclose(passages(lambda x: (x - 0.5) * (x - 0.500001)), [0.5, 0.500001], atol=1e-12)
+    assert passages(lambda x: (x - 0.5) ** 2 + 1e-9) == []
+    assert passages(lambda x: (x - 0.5) ** 2, least=1e-9) == []
     np.testing.assert_allclose(
-        sign_changes(lambda x: np.sin(40 * x + 0.1), 0.0, 1.0), (np.arange(1, 13) * math.pi - 0.1) / 40, atol=1e-12
+        passages(lambda x: np.sin(40 * x + 0.1)), (np.arange(1, 13) * math.pi - 0.1) / 40, atol=1e-15
     )
+
+
+@pytest.mark.parametrize("width", [10.0**-k for k in range(2, 9)])
+def test_windows_of_every_width_are_found(width: float) -> None:
+    """Two passages so far apart, of a curve known to more digits than its values have."""
+
+    def curve(case: Any, x: Any) -> Any:
+        return np.cos(7.0 * x) * np.exp(x) * ((x - 0.3) ** 2 - (0.5 * width) ** 2)
+
+    found = crossings(curve, np.zeros(1), np.ones(1), exact=lambda level: lambda case, x: curve(case, x) - level).x
+    expected = [math.pi / 14, 0.3 - 0.5 * width, 0.3 + 0.5 * width, 3 * math.pi / 14]
+    np.testing.assert_allclose(found, expected, atol=1e-14 + 1e-5 * width)
+    if width < 5e-7:
+        assert len(passages(lambda x: curve(0, x), least=2.0 * width)) == 2
+
+
+def test_crossings_of_many_curves_at_once() -> None:
+    """Polynomials of six random roots, down to 1e-11 of their largest values; two levels."""
+    roots = np.sort(np.random.default_rng(0).uniform(0, 1, (500, 6)), axis=1)
+
+    def curve(case: Any, x: Any) -> Any:
+        return np.prod(x[:, None] - roots[case], axis=1)
+
+    found = crossings(curve, np.zeros(500), np.ones(500))
+    np.testing.assert_array_equal(found.case, np.repeat(np.arange(500), 6))
+    np.testing.assert_allclose(found.x, roots.ravel(), atol=1e-13)
+    waves = crossings(lambda case, x: np.sin((case + 1.0) * 2 * math.pi * x), np.zeros(5), np.ones(5), (0.5, -0.5))
+    np.testing.assert_array_equal(np.bincount(waves.case), 4 * np.arange(1, 6))
+    np.testing.assert_allclose(np.sin((waves.case + 1.0) * 2 * math.pi * waves.x), waves.level, atol=1e-14)
+
+
+def test_many_rotors_have_the_limits_of_each() -> None:
+    rng = np.random.default_rng(8)
+    rotors = Rotor(lock_number=rng.uniform(2, 16, (3, 4)), hinge_offset=rng.uniform(0, 0.15, (3, 1)))
+    found = all_limits(rotors, tolerances=[(Metric.RELATIVE, 0.05), (Metric.ABSOLUTE, 0.02)], mu_max=1.2)
+    for case, index in enumerate(np.ndindex(3, 4)):
+        one = limits(rotors[index], tolerances=[(Metric.RELATIVE, 0.05), (Metric.ABSOLUTE, 0.02)], mu_max=1.2)
+        for a, b in zip(found.of(case), one, strict=True):
+            assert (a.mode, a.metric, a.cause, a.rule) == (b.mode, b.metric, b.cause, b.rule)
+            np.testing.assert_allclose(a.intervals, b.intervals, atol=1e-10)
+            np.testing.assert_allclose([a.lock_edge, a.split_edge], [b.lock_edge, b.split_edge], atol=1e-10)
 
 
 def test_arrays_of_rotors() -> None:

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from ..errors import ParameterError
-from ..kernels import POINTS, cores, keep_memory
+from ..kernels import POINTS, cores, keep_memory, part_of
 from ..period_map import Method, PeriodMap, period_map
 from ..period_map.tensor import TensorGrid
 from ..periodic import PeriodicSystem
@@ -103,7 +103,8 @@ def _in_chunks(system: PeriodicSystem, panels: int | None, ends: list[int]) -> S
     fields |= {name: np.empty((n, states), kind) for name, kind in PER_STATE.items()}
 
     def solve(some: slice) -> None:
-        found = exponents(period_map(system.part(some), panels=panels))
+        with part_of(n):
+            found = exponents(period_map(system.part(some), panels=panels))
         for name, values in fields.items():
             values[some] = getattr(found, name)
 

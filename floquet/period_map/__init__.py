@@ -22,7 +22,7 @@ from .hill import hill_map
 from .panels import EPS, LADDER, ROUNDING
 from .result import Method, PeriodMap
 
-__all__ = ["EPS", "ROUNDING", "Method", "PeriodMap", "hill_form", "period_map"]
+__all__ = ["EPS", "ROUNDING", "Method", "PeriodMap", "hill_form", "hill_map", "period_map"]
 
 
 def period_map(system: PeriodicSystem, *, panels: int | None = None) -> PeriodMap:
