@@ -133,6 +133,22 @@ def test_exponents_next_to_branch_points_are_the_certified_ones() -> None:
         assert error <= found.exponent_errors[k].max() + proof.exponent_errors.max() <= 1.1e-11
 
 
+def test_bits_next_to_branch_points_do_not_depend_on_other_cases() -> None:
+    """One more blade, with a parameter that is zero for the others; with a root cutout it is not recorded itself."""
+    edge = lock_windows(Rotor(lock_number=8.0))[0][0]
+    mu = edge + np.arange(-40, 40) * 1e-13
+    alone = flapping(Rotor(lock_number=8.0), mu)
+    expected = in_pairs(alone.part(slice(None)), panels_of(alone))
+    assert expected is not None and not np.any(expected[7])
+    other = np.append(np.zeros(len(mu)), 0.1)
+    for name in ("hinge_offset", "hinge_stiffness", "pitch_flap_coupling", "flap_damping", "root_cutout"):
+        system = flapping(Rotor(lock_number=8.0, **{name: other}), np.append(mu, 0.3))
+        found = in_pairs(system.part(slice(None)), panels_of(system))
+        assert found is not None
+        np.testing.assert_array_equal(found[:, :-1], expected)
+        assert found[7, -1] == (name == "root_cutout")
+
+
 def test_numbers_of_panels_are_those_wanted_or_a_few_more() -> None:
     for panels in range(2, 513):
         step = STEPS[np.searchsorted(STEPS, panels)]

@@ -103,7 +103,7 @@ def test_in_fractions_a_tape_is_the_exact_form(name: str) -> None:
 def test_one_key_has_a_tape_for_each_set_of_zeros() -> None:
     """Systems in turn, of one model, with zeros in other places: none runs on another's tape."""
     lock, mu = np.linspace(3.0, 9.0, N), np.linspace(0.1, 1.0, N)
-    values = [(0.0, 0.3), (0.2, 0.0), (0.0, 0.0), (0.2, 0.3), (np.zeros(N), np.full(N, 0.3)), (1.0, 1.0)]
+    values = [(0.0, 0.3), (0.2, 0.0), (0.0, 0.0), (0.2, 0.3), (mu, 0.3), (np.zeros(N), np.full(N, 0.3)), (1.0, 1.0)]
     for offset, coupling in values * 2:
         some = flapping(Rotor(lock_number=lock, hinge_stiffness=offset, pitch_flap_coupling=coupling), mu)
         fast = smooth_form(some.part(slice(None)))

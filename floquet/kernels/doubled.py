@@ -14,12 +14,12 @@ import numpy as np
 from .compiler import unfused_kernel
 from .hill import COEFFICIENTS, EPS
 from .hill_lanes import LANES, unit, weigh
-from .pairs import added, multiplied, negative, pure, scaled
+from .pairs import accumulated, added, multiplied, negative, normal, pure, scaled
 
 __all__ = ["ORDER", "map_pairs"]
 
 ORDER = 44
-WIDTH = 16
+WIDTH = 8
 SCALE = 2.0**48  # pairs round to 2^-104 at worst: an allowance of 2 eps is then one of 32 of their units
 K = ORDER + 1
 
@@ -60,15 +60,17 @@ def coefficients(q: Any, cosines: Any, weights: Any, p: Any) -> None:
 
 
 @unfused_kernel
-def series(p: Any, inverse: Any, y: Any, total: Any) -> None:
-    """Taylor coefficients of the solution whose first two stand in y."""
+def series(p: Any, inverse: Any, u: Any, v: Any, total: Any) -> None:
+    """Taylor coefficients of the two solutions whose first two stand in u and v."""
     for k in range(ORDER - 1):
         total[:] = 0.0
         for j in range(k, -1, -1):
             for i in range(WIDTH):
-                put(total, 0, i, added(at(total, 0, i), multiplied(at(p, j, i), at(y, k - j, i))))
+                put(total, 0, i, accumulated(at(total, 0, i), at(p, j, i), at(u, k - j, i)))
+                put(total, 1, i, accumulated(at(total, 1, i), at(p, j, i), at(v, k - j, i)))
         for i in range(WIDTH):
-            put(y, k + 2, i, multiplied(at(total, 0, i), known(inverse, k)))
+            put(u, k + 2, i, multiplied(normal(*at(total, 0, i)), known(inverse, k)))
+            put(v, k + 2, i, multiplied(normal(*at(total, 1, i)), known(inverse, k)))
 
 
 @unfused_kernel
@@ -121,7 +123,7 @@ def map_pairs(q: Any, size: Any, cosines: Any, weights: Any, inverse: Any, half:
     n, panels = q.shape[2], len(cosines)
     steps, rows = np.empty((panels + 1, 9 * LANES)), np.empty(10 * WIDTH)
     p, u, v = np.zeros(2 * K * WIDTH), np.zeros(2 * K * WIDTH), np.zeros(2 * K * WIDTH)
-    of_u, of_v, total = np.empty(8 * WIDTH), np.empty(8 * WIDTH), np.empty(2 * WIDTH)
+    of_u, of_v, total = np.empty(8 * WIDTH), np.empty(8 * WIDTH), np.empty(4 * WIDTH)
     m, maps = np.empty(8 * WIDTH), np.empty((LANES // WIDTH, 8 * WIDTH))
     state, point = np.empty(9 * LANES), np.empty(2 * LANES)
     u[:WIDTH], v[2 * WIDTH : 3 * WIDTH] = 1.0, 1.0
@@ -139,8 +141,7 @@ def map_pairs(q: Any, size: Any, cosines: Any, weights: Any, inverse: Any, half:
             m[:WIDTH], m[6 * WIDTH : 7 * WIDTH] = 1.0, 1.0
             for s in range(panels):
                 coefficients(rows, cosines[s], weights, p)
-                series(p, inverse, u, total)
-                series(p, inverse, v, total)
+                series(p, inverse, u, v, total)
                 ends(u, of_u)
                 ends(v, of_v)
                 panel(u, v, of_u, of_v, m, steps[s + 1], g * WIDTH)

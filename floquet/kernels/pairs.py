@@ -17,7 +17,7 @@ from numba.extending import intrinsic
 from ..tape import Code
 from .compiler import inlined, unfused_kernel
 
-__all__ = ["added", "divided", "multiplied", "negative", "pure", "run_pairs", "scaled"]
+__all__ = ["accumulated", "added", "divided", "multiplied", "negative", "normal", "pure", "run_pairs", "scaled"]
 
 ADD, SUB, MUL, DIV, NEG, ABS, ADD_S, SUB_S, S_SUB, MUL_S, DIV_S, S_DIV, SPREAD = (int(code) for code in Code)
 F = TypeVar("F", bound=Callable[..., Any])
@@ -73,6 +73,14 @@ def multiplied(a: Any, b: Any) -> Any:
     p = a[0] * b[0]
     e = multiply_add(a[0], b[0], -p)
     return normal(p, e + (a[0] * b[1] + a[1] * b[0]))
+
+
+@pure
+def accumulated(total: Any, a: Any, b: Any) -> Any:
+    """total + a b of a long sum: its tail gathers what heads lose, and is brought in by :func:`normal` at the end."""
+    p = a[0] * b[0]
+    s, e = exact_sum(total[0], p)
+    return s, total[1] + (e + (multiply_add(a[0], b[0], -p) + (a[0] * b[1] + a[1] * b[0])))
 
 
 @pure

@@ -9,9 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..kernels.hill import ROWS
-from ..periodic import PI, TWO_PI, PeriodicSystem
+from ..periodic import PI, TWO_PI, Equation, PeriodicSystem
 from .integers import ONE, cosine_and_sine, exact_ratio, fixed, powers
-from .recorded import Tape, recorded
+from .recorded import FOLDED, Tape, recorded
 
 __all__ = ["in_pairs"]
 
@@ -22,24 +22,42 @@ STEPS = np.array([panels for k in range(1, 10) for panels in (2**k, 3 * 2 ** (k 
 
 
 def in_pairs(part: PeriodicSystem, panels: NDArray[np.int32]) -> Array | None:
-    """Rows (:data:`~floquet.kernels.hill.ROWS`) of cases along one axis, with so many panels; None for what is not
-    recorded."""
+    """Rows (:data:`~floquet.kernels.hill.ROWS`) of cases along one axis, with so many panels; None without an equation.
+
+    Cases that are not recorded count as not resolved.
+    """
     equation = part.equation
-    if equation is None or equation.key is None or (tape := recorded(equation)) is None:
-        return None
-    if len(tape.program.outputs) - 2 > TERMS:
+    if equation is None or equation.key is None:
         return None
     from ..kernels.doubled import map_pairs
 
-    q, size = _terms(part, tape, len(panels))
-    out, counts = np.empty((len(ROWS), len(panels))), STEPS[np.searchsorted(STEPS, panels)]
-    for count in np.unique(counts).tolist():
-        some = np.flatnonzero(counts == count)
-        rows = np.empty((len(ROWS), len(some)))
-        half = 0.5 * part.period / count
-        map_pairs(np.ascontiguousarray(q[..., some]), size[some], *_tables(count, part.period, tape.period), half, rows)
-        out[:, some] = rows
+    out, counts = np.zeros((len(ROWS), len(panels))), STEPS[np.searchsorted(STEPS, panels)]
+    out[ROWS.index("unresolved")] = 1.0
+    for kind in _kinds(equation, len(panels)):
+        alike = part.part(kind)
+        assert alike.equation is not None
+        tape = recorded(alike.equation)
+        if tape is None or len(tape.program.outputs) - 2 > TERMS:
+            continue
+        q, size = _terms(alike, tape, len(kind))
+        for count in np.unique(counts[kind]).tolist():
+            some = np.flatnonzero(counts[kind] == count)
+            rows, half = np.empty((len(ROWS), len(some))), 0.5 * part.period / count
+            tables = _tables(count, part.period, tape.period)
+            map_pairs(np.ascontiguousarray(q[..., some]), size[some], *tables, half, rows)
+            out[:, kind[some]] = rows
     return out
+
+
+def _kinds(equation: Equation, n: int) -> list[NDArray[np.intp]]:
+    """The cases whose parameters are 0 and 1 in the same places, and so have one tape, whatever stands beside them.
+
+    A blade with a root cutout has none; and the last digits may depend on what a tape holds as numbers.
+    """
+    values = [np.broadcast_to(v, n) for v in equation.parameters.values()]
+    kinds = np.stack([np.select([v == x for x in FOLDED], FOLDED, 2.0) for v in values])
+    _, which = np.unique(kinds, axis=1, return_inverse=True)
+    return [np.flatnonzero(which.ravel() == k) for k in range(int(which.max()) + 1)]
 
 
 def _terms(part: PeriodicSystem, tape: Tape, n: int) -> tuple[Array, Array]:
