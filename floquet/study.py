@@ -37,6 +37,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from . import __version__, store
+from .comparison import exact_model, warn_of_few_blades
 from .errors import DamageError, DatabaseError, FailedError, FloquetError, FloquetWarning, InputError, StorageError
 from .rotor import Hub
 from .studyfile import Study, load_study
@@ -437,6 +438,8 @@ def _pooled(plan: Plan, parts: Parts, todo: Sequence[Shard], workers: int) -> Re
     Nobody says which shard the dead worker had, but shards are handed out in order: it was one of the first that are
     not done.  These are made alone, so that a shard that ends its worker again has only itself to blame.
     """
+    for rotor in plan.rotors:  # what its workers do not say
+        warn_of_few_blades(rotor, exact_model(rotor, plan.model), stacklevel=2)
     left, lost = list(todo), 0
     while left:
         with contextlib.suppress(BrokenExecutor), processes(workers) as pool:
@@ -487,7 +490,8 @@ def processes(workers: int) -> Iterator[Executor]:
 
 
 def _begin_worker() -> None:
-    """One thread a worker, and none that outlives its parent: it would wait for work forever."""
+    """One thread a worker, none that outlives its parent and waits for work forever; warnings are its parent's."""
+    warnings.simplefilter("ignore", FloquetWarning)
     os.environ["FLOQUET_THREADS"] = "1"  # whatever it was: there are workers for the cores
 
     def watch() -> None:
