@@ -97,6 +97,16 @@ def test_regressing_limit_of_the_plain_rotor(gamma: float, limit: float) -> None
     assert validity_limit(Rotor(lock_number=gamma)) == pytest.approx(limit, abs=1e-5)
 
 
+def test_teetering_rotor_fails_in_no_wide_range_below_its_lock() -> None:
+    """γ = 6: 7e-4 at μ = 0.4, 1.2 % at 0.6, lock from 0.60724; γ = 8: above 5 % on a hundredth of μ only."""
+    six, eight = (Rotor(lock_number=gamma, blades=2, hub=Hub.TEETERING) for gamma in (6.0, 8.0))
+    assert compare(six, 0.4)["regressing"].error == pytest.approx(7.2e-4, abs=5e-6)
+    assert compare(six, 0.6)["regressing"].error == pytest.approx(1.2e-2, abs=5e-4)
+    assert lock_windows(six)[0][0] == pytest.approx(0.60724, abs=5e-6)
+    ((start, end),) = validity_intervals(eight)
+    assert start == pytest.approx(0.69635, abs=5e-6) and end == pytest.approx(0.70783, abs=5e-6)
+
+
 def test_a_limit_inside_a_lock_says_so() -> None:
     found = limits(Rotor(lock_number=12.0), modes=["regressing"])[0]
     enter, _, per_rev = lock_windows(Rotor(lock_number=12.0))[0]
