@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Callable
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -246,6 +247,38 @@ def test_windows_of_every_width_are_found(width: float) -> None:
     np.testing.assert_allclose(found, expected, atol=1e-14 + 1e-5 * width)
     if width < 5e-7:
         assert len(passages(lambda x: curve(0, x), least=2.0 * width)) == 2
+
+
+def test_a_narrow_dip_is_resolved_before_roots_are_sought() -> None:
+    """A hundredth wide on a rising line: polynomials that leave it out have no root there."""
+    found = passages(lambda x: 0.1 + x - np.exp(-(((x - 0.5) / 0.01) ** 2)))
+    assert len(found) == 2
+    np.testing.assert_allclose([0.1 + x - math.exp(-(((x - 0.5) / 0.01) ** 2)) for x in found], 0.0, atol=1e-12)
+
+
+def test_roots_are_the_curves_own_where_polynomials_are_coarse() -> None:
+    """Of polynomials that are right to a thousandth: two steps with the curve itself."""
+    found = passages(lambda x: np.exp(3.0 * np.sin(11.0 * x)) - 1.5, rounding=1e-3)
+    exact = sorted(
+        x for k in range(2) for x in (
+            (math.asin(math.log(1.5) / 3.0) + 2 * math.pi * k) / 11.0,
+            (math.pi - math.asin(math.log(1.5) / 3.0) + 2 * math.pi * k) / 11.0,
+        ) if x < 1.0
+    )  # fmt: skip
+    np.testing.assert_allclose(found, exact, atol=1e-9)
+
+
+def test_a_gap_between_two_samples_is_found() -> None:
+    """A tolerance just above a least error: the mode holds on a range far narrower than a sample."""
+    rotor = Rotor(lock_number=9.374, hinge_stiffness=0.0516)
+    mu = np.linspace(0.70, 0.76, 60_001)
+    error = compare(rotor, mu)["differential"].error
+    least = int(np.argmin(error))
+    assert 0 < least < len(mu) - 1
+    tolerance = float(error[least]) + 1e-6
+    failing = validity_intervals(rotor, tolerance, "differential")
+    (gap,) = [(a, b) for (_, a), (b, _) in pairwise(failing) if a < mu[least] < b]
+    assert 0.0 < gap[1] - gap[0] < 3e-3
 
 
 def test_crossings_of_many_curves_at_once() -> None:
