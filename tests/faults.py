@@ -25,7 +25,7 @@ FLAPPING, TPP, MULTIBLADE = (
 RECORDED, PAIRS = "floquet/period_map/recorded.py", "tests/test_pairs.py"
 FORM, PRECISE, FACTOR_BOUNDS = (
     "floquet/period_map/form.py",
-    "floquet/period_map/precise.py",
+    "floquet/period_map/integers.py",
     "floquet/exponents/factors.py",
 )
 CLOSING, HILL, TAYLOR = "floquet/kernels/closing.py", "floquet/kernels/hill.py", "floquet/kernels/generate.py"
@@ -197,11 +197,11 @@ branch = (
         "tests/test_exponents.py",
     ),
     Mutant(
-        "Hill form in forty digits: d²/4",
+        "Hill form in integers without the damping",
         PRECISE,
-        "(d @ d) / 4",
-        "(d @ d) / 5",
-        "tests/test_exponents.py",
+        "polynomial(d, k)",
+        "polynomial(None, k)",
+        "tests/test_exponents.py tests/test_pairs.py",
     ),
 )
 bounds = (
@@ -222,8 +222,8 @@ bounds = (
     Mutant(
         "truncation left out of the bound",
         HILL,
-        "select(there, e + EPS",
-        "select(there, 0.0 * e + EPS",
+        "delta = e + EPS",
+        "delta = 0.0 * e + EPS",
         "tests/test_exponents.py tests/test_kernels.py",
     ),
     Mutant(
