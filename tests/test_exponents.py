@@ -497,3 +497,18 @@ def test_functions_have_no_certificate() -> None:
     pytest.importorskip("flint")
     with pytest.raises(ParameterError, match="nothing can be proven"):
         stability(hill_sawtooth(1.0, -0.2), certify=True)
+
+
+@pytest.mark.parametrize(
+    ("options", "sentence"),
+    [
+        ({"map": "lock_numbr"}, "did you mean 'lock_number'"),
+        ({"map": 3}, "no parameter"),
+        ({"panels": "a"}, "no number of panels"),
+        ({"panels": 2.5}, "no number of panels"),
+    ],
+)
+def test_settings_that_are_none_are_one_sentence(options: dict[str, Any], sentence: str) -> None:
+    with pytest.raises(ParameterError, match=sentence):
+        stability(flapping(Rotor(lock_number=8.0), 0.3), **options)
+    assert stability(colaneri(), map=True).exponents.shape == (2,)

@@ -159,8 +159,9 @@ def test_locks_parted_by_a_narrow_gap_are_two() -> None:
 
 
 def test_a_rotor_beyond_doubles_is_refused() -> None:
-    with pytest.raises(ParameterError, match="overflows"), np.errstate(all="ignore"):
-        validity_limit(Rotor(lock_number=1000.0))
+    for call in (validity_limit, lock_windows, instability_onset):
+        with pytest.raises(ParameterError, match="overflows"), np.errstate(all="ignore"):
+            call(Rotor(lock_number=np.array([8.0, 1e5])))
 
 
 @pytest.mark.parametrize("seed", range(6))

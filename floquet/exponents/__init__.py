@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from ..errors import ParameterError
+from ..errors import ParameterError, did_you_mean
 from ..kernels import POINTS, cores, keep_memory, part_of
 from ..period_map import Method, PeriodMap, period_map
 from ..period_map.tensor import TensorGrid
@@ -63,10 +63,23 @@ def stability(
         )
     if map and panels is not None:
         raise ParameterError("panels", panels, "a map chooses the panels of its nodes: give either map or panels")
+    _check_map(map, system if system.blade is None else system.blade)
     found = _computed(system, panels, symmetry, map)
     if check:
         found = checked(found, system)
     return certified(found, system) if certify else found
+
+
+def _check_map(map: bool | str, system: PeriodicSystem) -> None:
+    """True, False, or a parameter of the model."""
+    known = () if system.equation is None else tuple(system.equation.parameters)
+    if not (isinstance(map, (bool, np.bool_)) or map in known):
+        raise ParameterError(
+            "map",
+            map,
+            f"{map!r} is no parameter of this system{did_you_mean(str(map), known)}; "
+            + (f"it has {', '.join(known)}" if known else "it was made of matrices, which have none"),
+        )
 
 
 def _computed(system: PeriodicSystem, panels: int | None, symmetry: bool, map: bool | str) -> Stability:

@@ -143,6 +143,14 @@ class Designs:
     def _passages(
         self, curve: Curve, levels: tuple[float, ...], exact: Callable[[float], Curve], **given: float
     ) -> Crossings:
+        end = curve(np.arange(self.count), np.full(self.count, self.mu_max))
+        if not np.all(np.isfinite(end)):
+            gamma = float(np.broadcast_to(self.rotor.lock_number, self.rotor.shape).ravel()[~np.isfinite(end)][0])
+            raise ParameterError(
+                "lock_number",
+                gamma,
+                f"{gamma:g} is beyond what doubles hold up to μ = {self.mu_max:g}: the period map overflows",
+            )
         case, start, stop = self.ranges()
         return crossings(curve, start, stop, levels, case=case, exact=exact, least=WIDTH, **given)
 
