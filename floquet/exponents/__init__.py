@@ -48,8 +48,8 @@ def stability(
         Identical blades: take the exponents of one blade, shifted by whole numbers; False integrates all coordinates.
     map : bool or str
         A scalar equation (one blade, a teetering rotor, Mathieu) over a tensor grid of parameters: solve it at nodes
-        and take polynomials between them, ten times as fast with bounds some five times as wide; what no nodes can
-        carry is solved as without.  The name of a parameter has nodes along its axis alone, and answers that do not
+        and take polynomials between them, five to seven times as fast with bounds some eight times as wide; what
+        no nodes can carry is solved as without.  The name of a parameter has nodes along its axis alone, and answers that do not
         depend on what else is on the grid.  See :mod:`floquet.period_map.chebyshev`.
     check : bool
         Compute the exponents a second time by Koopman–Hill projection, which shares no mechanism with the period map;
@@ -89,7 +89,7 @@ def _computed(system: PeriodicSystem, panels: int | None, symmetry: bool, map: b
         return of_identical(_computed(system.blade, panels, symmetry, map), system.degrees, system.period)
     if map and (grid := TensorGrid.of(system, None if map is True else map)) is not None:
         return of_grid(grid)
-    if system.second_order and (cases := math.prod(system.cases)) >= POINTS:
+    if system.function is None and (cases := math.prod(system.cases)) >= POINTS:
         keep_memory()
         if len(ends := _ends(cases, CHUNK if system.degrees == 1 else CHUNK // 2)) > 2:
             return _in_chunks(system, panels, ends)

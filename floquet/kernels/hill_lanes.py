@@ -126,7 +126,7 @@ def hill_blocks(q: Any, size: Any, index: Any, count: int, cosines: Any, table: 
 
 
 @kernel
-def close_block(rows: Any, out: Any, T: float) -> None:
+def close_block(rows: Any, alpha_error: float, out: Any, T: float) -> None:
     """A block of scratch: rows and α (10 rows) → growth, ρ, lock or not, bound, verdict, reason, defect."""
     for i in range(LANES):
         m = (rows[i], rows[LANES + i], rows[2 * LANES + i], rows[3 * LANES + i])
@@ -137,6 +137,7 @@ def close_block(rows: Any, out: Any, T: float) -> None:
             rows[5 * LANES + i],
             rows[6 * LANES + i],
             rows[9 * LANES + i],
+            alpha_error,
             T,
         )
         out[i], out[LANES + i], out[2 * LANES + i], out[3 * LANES + i] = growth, rho, 1.0 if locked else 0.0, bound
@@ -145,7 +146,17 @@ def close_block(rows: Any, out: Any, T: float) -> None:
 
 @kernel
 def close_rows(
-    rows: Any, alpha: Any, T: float, parts: Any, bound: Any, rho: Any, lock: Any, defect: Any, verdict: Any, reason: Any
+    rows: Any,
+    alpha: Any,
+    alpha_error: float,
+    T: float,
+    parts: Any,
+    bound: Any,
+    rho: Any,
+    lock: Any,
+    defect: Any,
+    verdict: Any,
+    reason: Any,
 ) -> None:
     """:func:`floquet.kernels.closing.exponents_of` in blocks; ``parts`` are σ₁, ρ₁, σ₂, ρ₂ (n, 4)."""
     n = len(alpha)
@@ -155,7 +166,7 @@ def close_rows(
         for r in range(9):
             block[r * LANES : r * LANES + count] = rows[r, start : start + count]
         block[9 * LANES : 9 * LANES + count] = alpha[start : start + count]
-        close_block(block, out, T)
+        close_block(block, alpha_error, out, T)
         for i in range(count):
             k, growth, turning, locked = start + i, out[i], out[LANES + i], out[2 * LANES + i] > 0.0
             parts[k, 0], parts[k, 1] = alpha[k] + growth, turning

@@ -65,7 +65,10 @@ def _tiles(
 ) -> Iterator[Tile]:
     """Rows at ``x`` of places ``some``, from nodes and weights ``across``."""
     z, column_places = box.region.values[-1], box.region.places()[1][-1]
-    units, panels = (np.broadcast_to(v[some], x.shape) for v in (box.units, box.panels))
+    units, alpha_errors = (
+        np.ascontiguousarray(np.broadcast_to(v[some], x.shape)) for v in (box.units, box.alpha_errors)
+    )
+    panels = np.ascontiguousarray(np.broadcast_to(box.panels[some], x.shape))
     rows = min(len(x), ROWS_A_TILE)
     columns = POINTS_A_TILE // rows
     for i, j in itertools.product(range(0, len(x), rows), range(0, len(z), columns)):
@@ -79,8 +82,9 @@ def _tiles(
             z_weights=box.weights[-1],
             row_places=row_places[i : i + rows],
             column_places=column_places[j : j + columns],
-            units=np.ascontiguousarray(units[i : i + rows]),
-            panels=np.ascontiguousarray(panels[i : i + rows]),
+            units=units[i : i + rows],
+            alpha_errors=alpha_errors[i : i + rows],
+            panels=panels[i : i + rows],
             period=box.region.grid.system.period,
             most=TOLERANCE,
         )
