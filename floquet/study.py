@@ -114,7 +114,7 @@ def _make(plan: Plan, shard: Shard, parts: Parts) -> str:
     """Compute a shard and write it: what a worker does."""
     out, columns = parts.folder / shard.file, {"points": parts.columns}
     about = {"study_id": parts.study_id, "engine_version": ENGINE, "shard": shard.name}
-    wanted, blocks = (parts.columns,) if shard.table == "points" else (), _blocks(shard)
+    wanted, blocks = (parts.columns,) if shard.table == "points" else (), _blocks(shard, plan)
     made = (TABLE_ROWS[shard.table](plan, *block, *wanted) for block in blocks)
     first = next(made)
     count = shard.stop - shard.start if shard.table == "points" else len(first["rotor"])
@@ -125,11 +125,13 @@ def _make(plan: Plan, shard: Shard, parts: Parts) -> str:
     return shard.file
 
 
-def _blocks(shard: Shard) -> list[tuple[int, int]]:
-    """Ranges that are computed at a time: of points those of the database's chunks, whatever the shards."""
+def _blocks(shard: Shard, plan: Plan) -> list[tuple[int, int]]:
+    """Ranges that are computed at a time: of points the database's chunks, or whole designs that are mapped."""
     if shard.table == "limits":
         return [(shard.start, shard.stop)]
-    inner = range((shard.start // store.CHUNK_ROWS + 1) * store.CHUNK_ROWS, shard.stop, store.CHUNK_ROWS)
+    whole = plan.advance_ratio.size if plan.map else store.CHUNK_ROWS
+    step = whole * max(1, store.CHUNK_ROWS // whole)
+    inner = range((shard.start // step + 1) * step, shard.stop, step)
     return list(pairwise([shard.start, *inner, shard.stop]))
 
 

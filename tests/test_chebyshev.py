@@ -6,7 +6,7 @@ import math
 import os
 import subprocess
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from itertools import pairwise
 from typing import Any
@@ -26,7 +26,7 @@ from floquet.period_map.grid import direct_map, grid_map, tiles
 from floquet.period_map.hill import hill_map
 from floquet.period_map.precise import TOLERANCE, make_precise
 from floquet.period_map.tensor import LEAST, Axis, Region, TensorGrid
-from floquet.periodic import PeriodicSystem
+from floquet.periodic import Equation, PeriodicMatrix, PeriodicSystem
 from floquet.rotor import Hub, Rotor
 from tests.support import distances
 from tests.truth import extended
@@ -62,7 +62,9 @@ def compared(system: PeriodicSystem, *, least: float = 0.0) -> Stability:
     surely = bound < 1e-9  # elsewhere a lock of no width may be seen by one of the two
     np.testing.assert_array_equal(np.isnan(found.lock)[surely], np.isnan(direct.lock)[surely])
     np.testing.assert_array_equal(found.verdict[surely], direct.verdict[surely])
-    assert found.exponent_errors[found.method != Method.HILL].max(initial=0.0) <= TOLERANCE + 5e-13  # and α's and ρ's rounding
+    assert (
+        found.exponent_errors[found.method != Method.HILL].max(initial=0.0) <= TOLERANCE + 5e-13
+    )  # and α's and ρ's rounding
     return found
 
 
@@ -317,6 +319,29 @@ def test_a_jump_of_the_equation_within_or_at_an_end_is_seen() -> None:
         cutout = span(low, 0.2, values)
         found = compared(blades(column(span(4.0, 12.0, 80)), 0.3, hinge_offset=0.1, root_cutout=cutout))
         assert np.all(found.method[:, cutout <= 0.1] != Method.MAP) or low < 0.1
+
+
+def test_a_jump_of_the_mean_damping_alone_is_seen() -> None:
+    """q of Hill's form is the same for all; the damping jumps at the last value, which is no node."""
+    a = span(1.0, 2.0, 200)
+
+    def build(values: Mapping[str, Array]) -> tuple[PeriodicMatrix, PeriodicMatrix]:
+        d = np.where(values["a"] == a[-1], 0.2, 0.1)[..., None, None]
+        K = PeriodicMatrix.constant(values["a"][..., None, None] + 0.25 * d * d)
+        return PeriodicMatrix.constant(d), K + PeriodicMatrix.harmonic(1, 0.2 + 0.0 * d, 0.0 * d)
+
+    system = PeriodicSystem(period=2.0 * math.pi, equation=Equation(build=build, parameters={"a": a}))
+    found, direct = stability(system, map="a"), stability(system)
+    np.testing.assert_allclose(found.exponents[-1].real, -0.1, atol=1e-12)
+    np.testing.assert_allclose(found.exponents.real, direct.exponents.real, atol=1e-12)
+
+
+def test_others_that_vary_along_the_axis_are_nothing_to_a_place() -> None:
+    """A second parameter that is another straight function at each place: no nodes for places apart from others."""
+    mu = span(0.0, 0.5, 90)
+    both = {"mu": mu[None], "b": np.array([[1.0], [2.0]]) * mu}
+    assert Axis.of(both, 1) is not None and Axis.of(both, 1, alone=True) is None
+    assert Axis.of({"mu": mu[None], "b": 2.0 * mu[None]}, 1, alone=True) is not None
 
 
 def test_points_next_to_branch_points_are_solved_directly() -> None:

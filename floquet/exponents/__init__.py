@@ -49,8 +49,8 @@ def stability(
     map : bool or str
         A scalar equation (one blade, a teetering rotor, Mathieu) over a tensor grid of parameters: solve it at nodes
         and take polynomials between them, five to seven times as fast with bounds some eight times as wide; what
-        no nodes can carry is solved as without.  The name of a parameter has nodes along its axis alone, and answers that do not
-        depend on what else is on the grid.  See :mod:`floquet.period_map.chebyshev`.
+        no nodes can carry is solved as without.  The name of a parameter has nodes along its axis alone, and answers
+        that do not depend on what else is on the grid.  See :mod:`floquet.period_map.chebyshev`.
     check : bool
         Compute the exponents a second time by Koopman–Hill projection, which shares no mechanism with the period map;
         a :class:`~floquet.errors.FailedError` if the two disagree beyond their bounds.
