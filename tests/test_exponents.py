@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+import warnings
 from dataclasses import replace
 from typing import Any
 
@@ -479,6 +480,22 @@ def test_an_answer_can_be_checked_and_proved() -> None:
     assert one.verdict is Verdict.UNSTABLE and "unstable" in one.certificates[0].theorem
     constant = stability(tip_path_plane(Rotor(lock_number=8.0), 0.3), certify=True)
     assert constant.verdict is Verdict.STABLE
+
+
+@pytest.mark.parametrize(
+    "gamma", [1e150, np.array([8.0, 1e150]), np.append(np.linspace(1.0, 20.0, 3000), [1e100, 1e300])]
+)
+@pytest.mark.parametrize("options", [{}, {"map": True}, {"symmetry": False}])
+def test_what_leaves_doubles_has_no_bound(gamma: list[float], options: dict[str, Any]) -> None:
+    """In silence: RuntimeWarnings of NumPy say nothing that the bound does not."""
+    rotor = Rotor(lock_number=np.array(gamma), blades=3)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        for system in (flapping(rotor, 0.3), multiblade(rotor, 0.3)):
+            found = stability(system, **options)
+            lost = np.isinf(found.exponent_errors)
+            assert lost[-1].all() and np.all(np.isfinite(found.exponents[~lost]))
+            assert not np.isnan(found.exponent_errors).any() and found.verdict[-1] == Verdict.UNDECIDED
 
 
 def test_a_map_that_overflowed_is_proved_all_the_same() -> None:

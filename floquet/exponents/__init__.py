@@ -27,6 +27,12 @@ CHUNK = 32768  # cases made and solved at once: their maps stay in a cache
 LEAST = 4096  # cases worth a thread
 
 
+def _quietly() -> np.errstate:
+    """What leaves doubles has no bound, which says it."""
+    return np.errstate(over="ignore", invalid="ignore", divide="ignore")
+
+
+@_quietly()
 def stability(
     system: PeriodicSystem,
     *,
@@ -116,7 +122,7 @@ def _in_chunks(system: PeriodicSystem, panels: int | None, ends: list[int]) -> S
     fields |= {name: np.empty((n, states), kind) for name, kind in PER_STATE.items()}
 
     def solve(some: slice) -> None:
-        with part_of(n):
+        with part_of(n), _quietly():
             found = exponents(period_map(system.part(some), panels=panels))
         for name, values in fields.items():
             values[some] = getattr(found, name)
