@@ -25,7 +25,7 @@ from .exponents import stability
 from .passage import passage
 from .periodic import PeriodicSystem
 
-__all__ = ["Modes", "modes"]
+__all__ = ["Modes", "modes", "paired"]
 
 Complex = NDArray[np.complex128]
 STEPS = 64  # azimuths of the eigenvectors: harmonics up to 31 a span, far above any model's
@@ -81,7 +81,7 @@ def modes(system: PeriodicSystem) -> Modes:
     values, V = np.linalg.eig((twist[:, None] * states[half]).astype(complex))
     found = stability(system)
     eta = np.asarray(found.exponents)
-    order = _paired(eta, np.log(values) / T, 2.0 * math.pi / T)
+    order = paired(eta, np.log(values) / T, 2.0 * math.pi / T)
     p = np.einsum("kij,jm->mki", states, V[:, order]) * np.exp(-eta[:, None] * psi)[:, :, None]
     p /= np.sqrt(np.mean(np.sum(np.abs(p[:, :-1]) ** 2, axis=-1), axis=-1))[:, None, None]
     q = p[:, :-1, : system.degrees]
@@ -104,12 +104,13 @@ def modes(system: PeriodicSystem) -> Modes:
     )
 
 
-def _paired(eta: Complex, found: Complex, strip: float) -> NDArray[np.intp]:
-    """Which eigenvector belongs to which exponent."""
+def paired(eta: Complex, found: Complex, strip: float) -> NDArray[np.intp]:
+    """Which of ``found`` belongs to which exponent, modulo i·strip (inf: as they are)."""
     from scipy.optimize import linear_sum_assignment
 
     d = eta[:, None] - found[None, :]
-    return np.asarray(linear_sum_assignment(np.hypot(d.real, d.imag - strip * np.round(d.imag / strip)))[1])
+    turns = strip * np.round(d.imag / strip) if math.isfinite(strip) else 0.0
+    return np.asarray(linear_sum_assignment(np.hypot(d.real, d.imag - turns))[1])
 
 
 def _name(coordinates: tuple[str, ...], i: int, h: int, omega: float, c: Complex) -> str:

@@ -22,7 +22,6 @@ from __future__ import annotations
 import math
 import warnings
 from collections.abc import Mapping, Sequence
-from fractions import Fraction
 from typing import Any, Unpack
 
 import numpy as np
@@ -79,7 +78,8 @@ def blade(rotor: Rotor, advance_ratio: ArrayLike, **options: Unpack[PhysicsKeywo
             FloquetWarning,
             stacklevel=3,
         )
-    values = {p.name: np.asarray(getattr(rotor, p.name), float) for p in PARAMETERS} | {"advance_ratio": mu}
+    values = {p.name: np.asarray(getattr(rotor, p.name), float) for p in PARAMETERS}
+    values |= {"advance_ratio": mu, "tip_loss": np.asarray(physics.tip_loss, float)}
     _Blade(values, physics)  # refuses what cannot be
     return PeriodicSystem(
         period=TWO_PI,
@@ -98,16 +98,17 @@ class _Blade:
         self.values, self.physics = values, physics
         self.mu, self.offset = values["advance_ratio"], values["hinge_offset"]
         self.half = values["lock_number"] / 2
-        cutout = values["root_cutout"]
-        self.root = np.maximum(self.offset, cutout)
-        self.tip = Fraction(physics.tip_loss) if self.mu.dtype == object else physics.tip_loss
+        cutout, tip = values["root_cutout"], values["tip_loss"]
+        outboard = np.real(cutout) > np.real(self.offset)  # parameters with rates have them as imaginary parts
+        self.root = np.where(outboard, cutout, self.offset)[()]
+        self.tip = tip.item() if tip.size == 1 else tip
         if np.any(self.tip <= self.root):
             raise ParameterError(
                 "tip_loss",
                 self.tip,
                 f"tip_loss = {self.tip:g} leaves no blade that lifts outboard of the hinge or root cutout",
             )
-        self.exact = physics.exact_offset | (cutout > self.offset)
+        self.exact = physics.exact_offset | outboard
         self.edges = self._kinks() if physics.reversed_flow else None
 
     def equation(self) -> tuple[PeriodicMatrix, PeriodicMatrix]:
@@ -166,7 +167,7 @@ class _Blade:
         Doubles even for exact parameters: where the pieces meet their values and slopes agree, so that a shift of eps
         changes the motion by eps² at most.
         """
-        mu, root, tip = np.broadcast_arrays(*(np.asarray(x, float) for x in (self.mu, self.root, self.tip)))
+        mu, root, tip = np.broadcast_arrays(*(np.asarray(np.real(x), float) for x in (self.mu, self.root, self.tip)))
         root_angle, tip_angle = (np.arcsin(np.divide(r, mu, out=np.ones(mu.shape), where=mu > r)) for r in (root, tip))
         zero = np.zeros(mu.shape)
         return np.stack(
