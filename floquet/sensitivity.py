@@ -23,7 +23,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, Unpack
 
 import numpy as np
@@ -35,13 +35,14 @@ from .exponents import Stability, exponents, stability
 from .models import PhysicsKeywords, multiblade, teetering
 from .models.flapping import blade
 from .models.physics import advance_ratios
+from .models.tip_path_plane import plane_of
 from .modes import paired
 from .passage import Nodes, sampled, through_nodes
 from .period_map import EPS, period_map
-from .periodic import PeriodicMatrix, PeriodicSystem
-from .rotor import PARAMETERS, Rotor, plain
+from .periodic import TWO_PI, PeriodicMatrix, PeriodicSystem
+from .rotor import PARAMETERS, Hub, Rotor, plain
 
-__all__ = ["Sensitivities", "of_system", "sensitivities"]
+__all__ = ["Sensitivities", "of_system", "plane_sensitivities", "sensitivities"]
 
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
@@ -136,10 +137,39 @@ def sensitivities(
         return _of_blades(list(rotor), advance_ratio, **options)
     kind = exact_model(rotor, model)
     one = (teetering if kind == "teetering" else blade)(rotor, advance_ratios(advance_ratio), **options)
-    directions = _directions(rotor)
-    if kind == "teetering":
-        directions = {n: d for n, d in directions.items() if n not in ("hinge_offset", "offset_mass_ratio")}
-    return of_system(one, directions | {"advance_ratio": {"advance_ratio": 1.0}})
+    return of_system(one, _with_mu(_directions(rotor), kind == "teetering"))
+
+
+def plane_sensitivities(rotor: Rotor, advance_ratio: ArrayLike, **options: Unpack[PhysicsKeywords]) -> Sensitivities:
+    """Rates of the eigenvalues of the tip-path plane; names and arguments as of :func:`sensitivities`.
+
+    The plane's matrices are straight functions of the blade's coefficients, see :mod:`floquet.models.tip_path_plane`.
+    """
+    teeters, directions = rotor.hub == Hub.TEETERING, _with_mu(_directions(rotor), rotor.hub == Hub.TEETERING)
+    one = (teetering if teeters else blade)(rotor, advance_ratios(advance_ratio), **options)
+    assert one.equation is not None
+    zero = 0 * PeriodicMatrix.scalar(period=TWO_PI)
+
+    def plane(d: PeriodicMatrix, k: PeriodicMatrix) -> tuple[Array, Array]:
+        found = plane_of(replace(one, equation=None, damping=d, stiffness=k, period=TWO_PI), teeters=teeters)
+        assert found.damping is not None and found.stiffness is not None
+        return found.damping.mean(), found.stiffness.mean()
+
+    still, moved = plane(zero, zero), plane(*one.equation.rates(list(directions.values())))
+    rates = [
+        tuple(PeriodicMatrix.constant(x[i] - y) for x, y in zip(moved, still, strict=True))
+        for i in range(len(directions))
+    ]
+    given = {
+        n: PeriodicSystem(period=math.nan, damping=D, stiffness=K) for n, (D, K) in zip(directions, rates, strict=True)
+    }
+    return of_system(plane_of(one, teeters=teeters), rates=given)
+
+
+def _with_mu(directions: dict[str, dict[str, ArrayLike]], teeters: bool) -> dict[str, dict[str, ArrayLike]]:
+    """μ too; a teetering rotor has no hinge offset."""
+    kept = {n: d for n, d in directions.items() if not (teeters and n in ("hinge_offset", "offset_mass_ratio"))}
+    return kept | {"advance_ratio": {"advance_ratio": 1.0}}
 
 
 def _directions(rotor: Rotor, suffix: str = "") -> dict[str, dict[str, ArrayLike]]:

@@ -28,7 +28,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from itertools import combinations, pairwise
 
@@ -217,9 +217,9 @@ class _Point:
         return min((abs(self.distance(i, j)) for i, j in pairs), default=0.0)
 
     def shared(self) -> set[int]:
-        """Modes that are in a lock with a mode of another name: their characters are the same.
+        """Modes that are in a lock with one that is not their own conjugate: their characters are the same.
 
-        A mode that is locked with its own conjugate is real, or turns by half a turn a period.
+        One that is locked with its conjugate is real, or turns by half a turn a period.
         """
         half = 0.5 * self.strip
         turns = self.exponents.imag / half if math.isfinite(half) else 0.0 * self.exponents.imag
@@ -315,7 +315,8 @@ class _Walk:
         """Clear steps from a to b; those that are too short to be made clear say which modes are not."""
         step, width, least = _linked(a, b), b.value - a.value, LEAST * (self.high - self.low)
         if width <= least or len(self.known) > MOST:
-            return [step]
+            ahead = (k for _, i, j, _ in _approaching(step) for k in (i, j))
+            return [replace(step, unclear=(*step.unclear, *ahead))]
         if step.unclear:
             return self._halves(a, b)
         if step.edges and width > EDGE * (self.high - self.low):
@@ -327,7 +328,7 @@ class _Walk:
             if (middle := self.at(place)).gap(where) >= TOUCH:
                 return [*self.steps(a, middle), *self.steps(middle, b)]
             crossing.append((i, j))
-        return [_Step(a, b, step.partner, step.edges, crossing=tuple(crossing))]
+        return [replace(step, crossing=tuple(crossing))]
 
     def _halves(self, a: _Point, b: _Point) -> list[_Step]:
         width = b.value - a.value
@@ -374,7 +375,7 @@ class _Path:
         index, certain = step.partner[self.index], self.certain[-1].copy()
         for i, j in step.edges:
             first, second = sorted((column[i], column[j]))
-            self._edge(step, first, second, index)
+            certain[[first, second]] &= self._edge(step, first, second, index)
         certain[[column[i] for i in (*step.unclear, *step.a.met)]] = False
         for i, j in step.crossing:
             self._record(Meeting.CROSSING, step, (column[i], column[j]))
@@ -387,24 +388,29 @@ class _Path:
         self.exponents.append(eta)
         self.certain.append(certain)
 
-    def _edge(self, step: _Step, first: int, second: int, index: NDArray[np.intp]) -> None:
-        """Into a lock: the first column has the larger growth.  Out of it: by C from before it."""
+    def _edge(self, step: _Step, first: int, second: int, index: NDArray[np.intp]) -> bool:
+        """Into a lock: the first column has the larger growth.  Out of it: by C from before it.
+
+        False where two modes that are not one pair have not come into it together: nothing tells which is which.
+        """
         x, y = int(index[first]), int(index[second])
-        entering = step.b.aligned(x, y) > 0
+        known, entering = True, step.b.aligned(x, y) > 0
         if entering:
             swap = step.b.exponents[x].real < step.b.exponents[y].real
             self.before[first, second] = (step.a, self.index)
-        elif (known := self.before.pop((first, second), None)) is not None:
-            point, was = known
+        elif (before := self.before.pop((first, second), None)) is not None:
+            point, was = before
             C = _overlap(point, step.b).real
             i, j = was[first], was[second]
             swap = C[i, x] + C[j, y] < C[i, y] + C[j, x]
-        else:  # they have not come into it together
-            swap = _near(complex(step.b.exponents[x] - step.b.exponents[y]), step.b.strip).imag < 0
+        else:
+            swap = step.b.distance(x, y).imag < 0
+            known = abs(_near(complex(step.b.exponents[x] - step.b.exponents[y].conjugate()), step.b.strip)) < TOUCH
         if swap:
             index[[first, second]] = index[[second, first]]
         upwards = step.a.value < step.b.value
         self._record(Meeting.LOCK if entering == upwards else Meeting.UNLOCK, step, (first, second))
+        return known
 
     def _record(self, kind: Meeting, step: _Step, pair: tuple[int, int]) -> None:
         (first, second), (low, high) = sorted(pair), sorted((step.a.value, step.b.value))

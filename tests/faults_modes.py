@@ -22,6 +22,7 @@ sensitivity = (
            "left, w = np.linalg.inv(right),", "left, w = np.conj(np.swapaxes(right, -1, -2)),", MADE),
     Mutant("modes that meet are trusted", RATES, "norm / gap)", "0.0 / gap)", MADE),
     Mutant("the error of D forgotten", RATES, "+ np.abs(part) * relative +", "+", MADE),
+    Mutant("constants of the plane have rates", RATES, "constant(x[i] - y)", "constant(x[i])", MADE),
     Mutant("a cutout at the hinge counts", "floquet/models/flapping.py",
            "np.real(cutout) > np.real(self.offset)", "np.real(cutout) >= np.real(self.offset)", MADE),
 )  # fmt: skip

@@ -18,7 +18,7 @@ from floquet.models import flapping, multiblade, tip_path_plane
 from floquet.models.textbook import mathieu, rotating_frame
 from floquet.periodic import TWO_PI, PeriodicMatrix, PeriodicSystem
 from floquet.rotor import Hub, Rotor
-from floquet.sensitivity import Sensitivities, of_system, sensitivities
+from floquet.sensitivity import Sensitivities, of_system, plane_sensitivities, sensitivities
 from floquet.validity import lock_windows
 from tests.truth import problems, taylor
 
@@ -235,6 +235,27 @@ def test_constant_systems() -> None:
     fourth = (8.0 * (ends[0] - ends[1]) - (ends[2] - ends[3])) / (12.0 * h)
     np.testing.assert_allclose(found["p"], fourth, atol=1e-10)
     assert found.trusted.all()
+
+
+@pytest.mark.parametrize("options", [{}, {"reversed_flow": True, "tip_loss": 0.97}])
+def test_rates_of_the_tip_path_plane(options: Any) -> None:
+    """Against differences of its eigenvalues, for two μ at once; a teetering rotor too."""
+    bell = Rotor(lock_number=6.0, pitch_flap_coupling=0.1, hinge_stiffness=0.1, blades=2, hub=Hub.TEETERING)
+    rotor = Rotor(lock_number=8.0, hinge_offset=0.05, pitch_flap_coupling=0.1, hinge_stiffness=0.3)
+    mu, h = np.array([0.2, 0.6]), 1e-4  # far from splits, where differences lose their digits
+    for one in (rotor, bell):
+        found = plane_sensitivities(one, mu, **options)
+        moved = {
+            "advance_ratio": lambda x, r=one: tip_path_plane(r, mu + x, **options),
+            "lock_number": lambda x, r=one: tip_path_plane(r.replace(lock_number=r.lock_number + x), mu, **options),
+        }
+        if one is rotor:  # m follows
+            moved["hinge_offset"] = lambda x: tip_path_plane(rotor.replace(hinge_offset=0.05 + x), mu, **options)
+        for name, at in moved.items():
+            a, b, c, d = (np.asarray(stability(at(s * h)).exponents) for s in (1, -1, 2, -2))
+            fourth = (8.0 * (a - b) - (c - d)) / (12.0 * h)
+            np.testing.assert_allclose(found[name], fourth, atol=2e-9)
+        assert found.trusted.all()
 
 
 # ---------------------------------------------------------------------- branch points

@@ -280,6 +280,14 @@ def test_modes_that_never_part_are_not_certain() -> None:
     assert distances(found.exponents[-1], 1j * math.sqrt(2.0) * np.array([1, 1, -1, -1])).max() < 1e-12
 
 
+def test_modes_locked_together_from_the_start_are_numbered() -> None:
+    """Coning and regressing at ½ per rev from end to end: their characters are one."""
+    found = track(lambda m: multiblade(Rotor(lock_number=12.0, blades=4), m), [0.3, 0.5])
+    assert set(found.names) == {"mode 1", "mode 2", "mode 3", "mode 4"} and found.certain.all()
+    three = track(lambda m: multiblade(Rotor(lock_number=12.0, blades=3), m), [0.3, 0.5])
+    assert sorted(three.names) == ["advancing"] * 2 + ["mode 1"] * 2 + ["mode 2"] * 2
+
+
 def test_one_value() -> None:
     found = track(blades(3, 0.3), [5.0])
     assert found.names == ("regressing", "regressing", "coning", "coning", "advancing", "advancing")
