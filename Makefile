@@ -5,6 +5,7 @@
 #   make test       ruff, mypy, pytest
 #   make bench      speed and accuracy beside SciPy, heyoka, numbalsoda, diffrax (five minutes; installs them into .venv)
 #   make mutants    break the code on purpose: every break must fail a test
+#   make check-boundaries   locks of 10 000 random designs against a brute-force scan (ten minutes)
 #   make clean      remove .venv, results and caches
 
 VENV := .venv
@@ -13,7 +14,7 @@ FLOQUET := $(PYTHON) -m floquet
 DATABASE := results/validity.h5
 FIGURES := validity-summary root-locus eigenvalues-vs-mu error-vs-mu
 
-.PHONY: help validity report1431 test bench mutants clean environment test-environment bench-environment
+.PHONY: help validity report1431 test bench mutants check-boundaries clean environment test-environment bench-environment
 .DEFAULT_GOAL := help
 
 help:
@@ -44,6 +45,9 @@ bench: bench-environment
 
 mutants: test-environment
 	$(PYTHON) tests/mutants.py
+
+check-boundaries: test-environment
+	$(PYTHON) -m tests.check_boundaries
 
 clean:
 	rm -rf $(VENV) results dist build .pytest_cache .hypothesis .mypy_cache .ruff_cache

@@ -61,16 +61,16 @@ def kernel() -> tuple[Callable[[], Any], int]:
         raise ImportError("numba is not to be used")
     points = draw(BATCH, OTHER_BLADES)
     system = flapping(rotor_of(points), points[:, 4])
-    q, _, _ = hill_form(system.part(slice(None)))
-    terms = np.ascontiguousarray(q.coefficients[:, 0, :, 0, 0].T)
+    q = hill_form(system.part(slice(None))).q
+    (terms,) = q.polynomials
     counts, out = period_map(system).panels.astype(np.int64), np.empty((len(hill.ROWS), BATCH))
-    arguments = (terms, np.abs(terms).sum(axis=0), np.arange(BATCH), counts, q.period, 1.0, out)
+    arguments = (terms, np.abs(terms).sum(axis=0), np.arange(BATCH), counts, q.turn, 1.0, out)
     return lambda: hill.map_equal_panels(*arguments), int(counts.sum()) * operations_of_a_panel()
 
 
 def operations_of_a_panel() -> int:
     """Of the series and its sums, the products forwards and backwards, and the weighing of the errors."""
-    parts = (taylor.two_harmonics, taylor.panel, hill.chained, hill.chained, hill.size_of, hill.weighed)
+    parts = (taylor.two_harmonics, taylor.panel, hill.chained, hill.chained, hill.size_of, hill.weighed, hill.entrywise)
     turned = 4 * 3  # the coefficients of two harmonics about the centre
     return turned + sum(arithmetic(part) for part in parts)
 

@@ -50,6 +50,7 @@ __all__ = [
     "exact_model",
     "mode_names",
     "simple_model",
+    "warn_of_few_blades",
 ]
 
 Array = NDArray[np.float64]
@@ -158,18 +159,23 @@ def compare(
     """
     kind = exact_model(rotor, model)
     mu = advance_ratios(advance_ratio)
-    if kind == "flapping" and rotor.blades <= 2:
-        warnings.warn(
-            f"{rotor.blades} blade{'s' * (rotor.blades == 2)}: multiblade coordinates remove no periodicity, so the "
-            "tip-path plane is not an average of the rotor; the exact exponents are the blade's all the same",
-            FloquetWarning,
-            stacklevel=2,
-        )
+    warn_of_few_blades(rotor, kind, stacklevel=3)
     one = (teetering if kind == "teetering" else blade)(rotor, mu, **options)
     simple = _simplified(one, harmonics, kind)
     modes = mode_orders(harmonics, kind)
     exact = stability(one, map=map, check=check, certify=certify)
     return _matched(exact, eigenvalues(simple), modes, differential(simple, rotor, kind))
+
+
+def warn_of_few_blades(rotor: Rotor, model: Model, *, stacklevel: int) -> None:
+    """That one or two flapping blades have no tip-path plane."""
+    if model == "flapping" and rotor.blades <= 2:
+        warnings.warn(
+            f"{rotor.blades} blade{'s' * (rotor.blades == 2)}: multiblade coordinates remove no periodicity, so the "
+            "tip-path plane is not an average of the rotor; the exact exponents are the blade's all the same",
+            FloquetWarning,
+            stacklevel=stacklevel,
+        )
 
 
 def exact_model(rotor: Rotor, model: str | None = None) -> Model:

@@ -32,7 +32,7 @@ from .models.hover import hover_coefficients
 from .models.physics import advance_ratios
 from .response import tip_path_plane_gains
 from .rotor import Hub, Rotor, plain
-from .validity import sign_changes
+from .validity import crossings
 
 __all__ = [
     "ClosedLoop", "Sensitivities", "appendix_c_mixing", "control_advance_angle", "control_mixing",
@@ -391,8 +391,8 @@ def decoupling_offset(
 
     if abs(excess(np.zeros(1))[0]) <= 1e-14:  # met without offset, to rounding of numbers of 1
         return 0.0
-    found = sign_changes(excess, 0.0, FARTHEST)
-    return found[0] if found else float("nan")
+    found = crossings(lambda _, offset: excess(offset), np.zeros(1), np.full(1, FARTHEST)).x
+    return float(found[0]) if found.size else float("nan")
 
 
 def hover_rate_feedback(rotor: Rotor, k_3: float, **options: Unpack[PhysicsKeywords]) -> Array:

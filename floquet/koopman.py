@@ -46,6 +46,8 @@ EPS = float(np.finfo(float).eps)
 HARMONICS = (12, 18, 27, 40, 60, 90)
 LARGEST = 1200  # rows of H: an exponential of a second
 PANELS, NODES = 32, 32  # of Gauss's rule, a period: its fastest wave, 180 a period, makes 5.6 turns over a panel
+CYCLIC = 1600  # rows of the cyclic matrix: its eigenvectors take some seconds
+ENTRIES = 4096  # of matrices whose harmonics are kept at once: 24 MB
 STEP = 1.0  # ‖A‖Δ of one exponential
 GROUP = (
     3  # steps a factor: e^{±3} spreads a factor's multipliers by two decades, which costs two digits of the smallest
@@ -104,14 +106,16 @@ def koopman_hill(system: PeriodicSystem) -> HillCheck:
     twist = np.ones(n) if system.twist is None else np.asarray(system.twist, float)
     base = T if system.twist is None else 2.0 * T  # S² = I
     count = math.prod(shape)
-    harmonics, size = _spectrum(system, base)
     eta, errors = np.empty((count, n), complex), np.empty((count, n))
     phi, used, done = np.empty((count, n, n)), np.empty(count, np.int32), np.empty(count, bool)
-    for case in range(count):
-        maps, used[case], done[case] = _factors(harmonics, case, float(size[case]), base, T)
+    step = max(1, ENTRIES // (n * n)) if system.function is None else max(1, count)
+    parts = ((i, system.part(slice(i, i + step))) for i in range(0, count, step))
+    spectra = ((i, *_spectrum(part, base)) for i, part in parts)
+    for case, harmonics, scale, size in ((i + k, A, S[k], s[k]) for i, A, S, s in spectra for k in range(len(s))):
+        maps, used[case], done[case] = _factors(harmonics, case % step, _groups(float(size), T, n), base, T)
         for factors in maps:
             factors[-1] = twist[:, None] * factors[-1]
-        phi[case] = _product(maps[-1])
+        phi[case] = _product(maps[-1]) * (scale[:, None] / scale)
         *before, (eta[case], rounding) = (_exponents(factors, T) for factors in maps)
         errors[case] = rounding + SUSPECT * np.max([_paired(eta[case], other, T)[0] for other, _ in before], axis=0)
     return HillCheck(
@@ -152,21 +156,30 @@ def require_agreement(found: _Exponents, check: HillCheck) -> None:
 
 
 # ---------------------------------------------------------------------- harmonics
-def _spectrum(system: PeriodicSystem, base: float) -> tuple[Callable[[int], Complex], Array]:
-    """N → A_k, k = -2N … 2N, (cases, 4N+1, n, n); and the largest sum of a row's sizes (cases,)."""
+def _spectrum(system: PeriodicSystem, base: float) -> tuple[Callable[[int], Complex], Array, Array]:
+    """N → A_k of S⁻¹ A S, k = -2N … 2N, (cases, 4N+1, n, n), S (cases, n), and the largest sum of a row's sizes.
+
+    The states are (q, q'/s), s about the largest frequency, of which two entries of A are then as large.
+    """
     n, shape = system.states, system.cases
+    scale = np.ones((math.prod(shape), n))
 
     def flat(A: Array) -> Array:
-        return np.broadcast_to(A, (*shape, *A.shape[-3:])).reshape(math.prod(shape), *A.shape[-3:])
+        A = np.broadcast_to(A, (*shape, *A.shape[-3:])).reshape(math.prod(shape), *A.shape[-3:])
+        return A * (scale[:, None, None, :] / scale[:, None, :, None])
 
     @cache
     def samples(number: int) -> Array:
         return flat(system.sample(base * np.arange(number) / number))
 
+    if system.second_order:
+        stiffness = np.abs(samples(128)[..., n // 2 :, : n // 2]).sum(axis=-1).max(axis=(-2, -1))
+        scale[:, n // 2 :] = np.exp2(np.round(0.5 * np.log2(np.maximum(stiffness, 1.0))))[:, None]
+        samples.cache_clear()
     size = np.max(np.sum(np.abs(samples(128)), axis=-1), axis=(-2, -1))
     breaks = _breaks(system, base)
     if breaks is None:
-        return cache(lambda N: _transformed(samples(max(128, 2 ** math.ceil(math.log2(4 * N + 2)))), N)), size
+        return cache(lambda N: _transformed(samples(max(128, 2 ** math.ceil(math.log2(4 * N + 2)))), N)), scale, size
     times, weights = _gauss(breaks)
     A = flat(system.sample(times))
     times, weights = (np.broadcast_to(x.reshape(-1, x.shape[-1]), A.shape[:2]) for x in (times, weights))
@@ -178,7 +191,7 @@ def _spectrum(system: PeriodicSystem, base: float) -> tuple[Callable[[int], Comp
         half = (wave @ weighted).reshape(len(A), 2 * N + 1, n, n)
         return np.concatenate([half[:, :0:-1].conj(), half], axis=1)
 
-    return integrated, size
+    return integrated, scale, size
 
 
 def _transformed(samples: Array, N: int) -> Complex:
@@ -218,14 +231,24 @@ def _gauss(breaks: Array) -> tuple[Array, Array]:
 
 
 # ---------------------------------------------------------------------- maps
+def _groups(size: float, T: float, n: int) -> int:
+    """Factors of the period."""
+    groups = max(1.0, math.ceil(size * T / (STEP * GROUP))) if size * T < math.inf else math.inf
+    if groups * n > CYCLIC:
+        raise FailedError(
+            f"the check by Hill's matrix needs {groups:.0f} factors of {n} states a period where the coefficients are "
+            f"as large as {size:.1e}, at most {CYCLIC // n} are taken: leave out check, the bounds do not need it"
+        )
+    return int(groups)
+
+
 def _factors(
-    harmonics: Callable[[int], Complex], case: int, size: float, base: float, T: float
+    harmonics: Callable[[int], Complex], case: int, groups: int, base: float, T: float
 ) -> tuple[list[Array], int, bool]:
-    """Maps (G, n, n) of the period's parts by growing numbers of harmonics, the last N, and whether it agrees.
+    """Maps (groups, n, n) of the period's parts by growing numbers of harmonics, the last N, and whether it agrees.
 
     The last two maps, or if they do not agree the last four: differences that fall like a power may be small by chance.
     """
-    groups = max(1, math.ceil(size * T / (STEP * GROUP)))
     maps: list[Array] = []
     for N in HARMONICS:
         A = harmonics(N)[case]

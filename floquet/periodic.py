@@ -19,7 +19,7 @@ A :class:`PeriodicSystem` is ``q'' + D q' + K q = F u`` or ``x' = A x + F u``; p
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Hashable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from functools import cache
@@ -30,7 +30,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from .errors import ParameterError
 
-__all__ = ["TWO_PI", "Equation", "PeriodicMatrix", "PeriodicSystem", "fractions"]
+__all__ = ["TWO_PI", "Equation", "Parts", "PeriodicMatrix", "PeriodicSystem", "fractions", "on_common_pieces"]
 
 Array = NDArray[np.float64]
 TWO_PI = 2.0 * math.pi
@@ -201,7 +201,7 @@ class PeriodicMatrix:
 
     # ------------------------------------------------------------------ algebra
     def __add__(self, other: PeriodicMatrix) -> PeriodicMatrix:
-        a, b = _on_common_pieces(self, other)
+        a, b = on_common_pieces(self, other)
         long, short = _alike(*sorted((a.coefficients, b.coefficients), key=lambda c: -c.shape[-3]))
         if long.shape[-3] == short.shape[-3]:
             return replace(a, coefficients=long + short)
@@ -224,7 +224,7 @@ class PeriodicMatrix:
         return replace(self, coefficients=self.coefficients / divisor)
 
     def __matmul__(self, other: PeriodicMatrix) -> PeriodicMatrix:
-        a, b = _on_common_pieces(self, other)
+        a, b = on_common_pieces(self, other)
         return replace(a, coefficients=_product(*_alike(a.coefficients, b.coefficients)))
 
     def transpose(self) -> PeriodicMatrix:
@@ -261,20 +261,40 @@ class PeriodicMatrix:
 
     def mean(self) -> NDArray[Any]:
         """Average over one period, (..., n, m)."""
-        c = self.coefficients
         if self.edges is None:
-            return c[..., 0, 0, :, :]
-        a, b = self.edges[..., :-1], self.edges[..., 1:]
-        middle, half = 0.5 * (a + b), 0.5 * (b - a)
-        total = (2.0 * half)[..., None, None] * c[..., 0, :, :]
-        for h in range(1, self.order + 1):
-            k = h * TWO_PI / self.period
-            weight = (2.0 * half * np.sinc(k * half / math.pi))[..., None, None]
-            cosine, sine = np.cos(k * middle)[..., None, None], np.sin(k * middle)[..., None, None]
+            return self.coefficients[..., 0, 0, :, :]
+        ends = np.moveaxis(self.edges, -1, 0)
+        parts = [self.piece(j).integral(*ends[j : j + 2]) for j in range(len(ends) - 1)]
+        return _added(np.stack(np.broadcast_arrays(*parts)), 0) / self.period
+
+    def integral(self, a: Array, b: Array) -> NDArray[Any]:
+        """Of a single piece from a to b (...,), each a case: (..., n, m)."""
+        c, omega = self.coefficients[..., 0, :, :, :], TWO_PI / self.period
+        length = b - a
+        total = length[..., None, None] * c[..., 0, :, :]
+        halves, middles = _multiples(omega * 0.5 * length, self.order), _multiples(omega * 0.5 * (a + b), self.order)
+        for h, ((_, half), (cosine, sine)) in enumerate(zip(halves, middles, strict=True), start=1):
+            weight = (2.0 / (h * omega)) * half[..., None, None]
+            cosine, sine = cosine[..., None, None], sine[..., None, None]
             total = total + weight * (cosine * c[..., 2 * h - 1, :, :] + sine * c[..., 2 * h, :, :])
-        return _added(total, -3) / self.period
+        return np.asarray(total)
 
     # ------------------------------------------------------------------ values
+    def piece(self, j: int) -> PeriodicMatrix:
+        """Piece j alone, as it would go on over the whole period."""
+        one = j if self.coefficients.shape[-4] > 1 else 0  # one piece broadcasts over many
+        return replace(self, coefficients=self.coefficients[..., one : one + 1, :, :, :], edges=None)
+
+    def at(self, psi: Array) -> NDArray[Any]:
+        """Values of a single piece at an azimuth a case: psi (...,) → (..., n, m)."""
+        c = self.coefficients[..., 0, :, :, :]
+        total = c[..., 0, :, :]
+        for h, (cosine, sine) in enumerate(_multiples((TWO_PI / self.period) * psi, self.order), start=1):
+            total = (
+                total + cosine[..., None, None] * c[..., 2 * h - 1, :, :] + sine[..., None, None] * c[..., 2 * h, :, :]
+            )
+        return np.asarray(total)
+
     def piece_of(self, psi: Array) -> NDArray[np.intp]:
         """Index of the piece that holds each ψ in [0, period]; psi is (..., k)."""
         if self.edges is None:
@@ -323,11 +343,9 @@ class PeriodicMatrix:
         """A(edge+) − A(edge−) at every edge but the last, (..., pieces, n, m); zero for a single piece."""
         if self.edges is None:
             return np.zeros((*self.coefficients.shape[:-4], 1, *self.shape))
-        before = replace(self, coefficients=np.roll(self.coefficients, 1, axis=-4), edges=None)
-        after = replace(self, edges=None)
-        psi = self.edges[..., :-1, None]  # one azimuth for each piece, the pieces taken as cases
-        values = [replace(m, coefficients=m.coefficients[..., None, :, :, :]).sample(psi) for m in (after, before)]
-        return (values[0] - values[1])[..., 0, :, :]
+        begins = np.moveaxis(self.edges, -1, 0)[:-1]
+        steps = [(self.piece(j) - self.piece(j - 1 if j else len(begins) - 1)).at(e) for j, e in enumerate(begins)]
+        return np.stack(np.broadcast_arrays(*steps), axis=-3)
 
 
 def _numbers(value: ArrayLike) -> NDArray[Any]:
@@ -426,6 +444,16 @@ def _frequency(period: float, *, exact: bool) -> Any:
     return simple if math.isclose(simple, TWO_PI / period, rel_tol=1e-15) else 2 * PI / Fraction(period)
 
 
+def _multiples(angle: Array, order: int) -> Iterator[tuple[Array, Array]]:
+    """cos and sin of angle, 2 angle … order·angle, by adding angles: errors of n eps in harmonic n."""
+    if order:
+        cosine, sine = c, s = np.cos(angle), np.sin(angle)
+        yield c, s
+        for _ in range(order - 1):
+            cosine, sine = cosine * c - sine * s, sine * c + cosine * s
+            yield cosine, sine
+
+
 def _turned(angle: float) -> tuple[float, float]:
     """cos and sin of an angle, without rounding at quarter turns."""
     quarters = angle / (0.5 * math.pi)
@@ -472,7 +500,7 @@ def _first(blocks: Sequence[Sequence[PeriodicMatrix | None]]) -> PeriodicMatrix:
     return next(b for row in blocks for b in row if b is not None)
 
 
-def _on_common_pieces(a: PeriodicMatrix, b: PeriodicMatrix) -> tuple[PeriodicMatrix, PeriodicMatrix]:
+def on_common_pieces(a: PeriodicMatrix, b: PeriodicMatrix) -> tuple[PeriodicMatrix, PeriodicMatrix]:
     """Both matrices on the union of their edges."""
     if a.period != b.period:
         raise ParameterError(
@@ -505,22 +533,46 @@ Index = slice | NDArray[np.intp]
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
+class Parts:
+    """D and K in pieces, each polynomial once.
+
+    Parameters
+    ----------
+    pairs : sequence of (D, K)
+        Single pieces; D may be None.
+    places : tuple of int
+        Which pair stands on each piece.
+    edges : float (..., pieces+1)
+    """
+
+    pairs: Sequence[tuple[PeriodicMatrix | None, PeriodicMatrix]]
+    places: tuple[int, ...]
+    edges: Array
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
 class Equation:
-    """D and K of ``q'' + D q' + K q = F u`` as a function of parameters, for all cases, or some, or exactly.
+    """D and K of ``q'' + D q' + K q = F u`` as a function of parameters, for all cases, some, exactly, or in symbols.
 
     Parameters
     ----------
     build : callable
-        Gives D and K (n, n each) for a dict of arrays, in doubles or exact.
+        Gives D and K (n, n each) for a dict of arrays, of doubles or of objects that have arithmetic.
     parameters : dict of arrays
         They broadcast to the cases.
     degrees : int
         n.
+    parts : callable, optional
+        Gives the same in pieces, each polynomial once: less to compute than ``build`` would repeat.
+    key : hashable, optional
+        What ``build`` follows from: equations of one key have one tape.  None for those that are not to be recorded.
     """
 
     build: Callable[[Mapping[str, NDArray[Any]]], tuple[PeriodicMatrix, PeriodicMatrix]]
     parameters: Mapping[str, NDArray[Any]]
     degrees: int = 1
+    parts: Callable[[Mapping[str, NDArray[Any]]], Parts] | None = None
+    key: Hashable = None
 
     @property
     def cases(self) -> tuple[int, ...]:
@@ -706,6 +758,12 @@ class PeriodicSystem:
         return PeriodicSystem(
             period=float(period), function=sampled, kinks=inner[inner > 0], coordinates=coordinates, name=name
         )
+
+    @property
+    def parts(self) -> Parts | None:
+        """D and K of a model in pieces, each polynomial once; None without pieces, or where matrices were given."""
+        equation = self.equation
+        return None if equation is None or equation.parts is None else equation.parts(equation.parameters)
 
     @property
     def forcing(self) -> PeriodicMatrix | None:

@@ -223,16 +223,16 @@ class Rotor:
 
     def broadcast(self) -> Rotor:
         """The same batch with every float parameter in the batch's full shape (one rotor stays as it is)."""
-        return self._map(lambda value: np.broadcast_to(value, self.shape)) if self.shape else self
+        return self.mapped(lambda value: np.broadcast_to(value, self.shape)) if self.shape else self
 
     def __getitem__(self, index: Any) -> Rotor:
         """One case, or some, of the batch, by any NumPy index of its shape; ``rotor[()]`` is the rotor itself."""
         if not self.shape and not (index is ... or (isinstance(index, tuple) and not index)):
             raise ParameterError("index", index, "this is one rotor, and only a rotor with array parameters has cases")
-        return self._map(lambda value: np.broadcast_to(value, self.shape)[index])
+        return self.mapped(lambda value: np.broadcast_to(value, self.shape)[index])
 
-    def _map(self, change: Callable[[Values], Values]) -> Rotor:
-        """This rotor with every float parameter changed alike, so that the sources stay true."""
+    def mapped(self, change: Callable[[Values], Values]) -> Rotor:
+        """This rotor with every float parameter changed alike, to another shape or to some cases; sources stay."""
         values = {n: change(v) for n, v in self._given().items() if n in _NAMES and v is not None}
         return self.replace(sources=self.sources, **values)
 

@@ -37,6 +37,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from . import __version__, store
+from .comparison import exact_model, warn_of_few_blades
 from .errors import DamageError, DatabaseError, FailedError, FloquetError, FloquetWarning, InputError, StorageError
 from .rotor import Hub
 from .studyfile import Study, load_study
@@ -113,7 +114,7 @@ def _make(plan: Plan, shard: Shard, parts: Parts) -> str:
     """Compute a shard and write it: what a worker does."""
     out, columns = parts.folder / shard.file, {"points": parts.columns}
     about = {"study_id": parts.study_id, "engine_version": ENGINE, "shard": shard.name}
-    wanted, blocks = (parts.columns,) if shard.table == "points" else (), _blocks(shard)
+    wanted, blocks = (parts.columns,) if shard.table == "points" else (), _blocks(shard, plan)
     made = (TABLE_ROWS[shard.table](plan, *block, *wanted) for block in blocks)
     first = next(made)
     count = shard.stop - shard.start if shard.table == "points" else len(first["rotor"])
@@ -124,11 +125,13 @@ def _make(plan: Plan, shard: Shard, parts: Parts) -> str:
     return shard.file
 
 
-def _blocks(shard: Shard) -> list[tuple[int, int]]:
-    """Ranges that are computed at a time: of points those of the database's chunks, whatever the shards."""
+def _blocks(shard: Shard, plan: Plan) -> list[tuple[int, int]]:
+    """Ranges that are computed at a time: of points the database's chunks, or whole designs that are mapped."""
     if shard.table == "limits":
         return [(shard.start, shard.stop)]
-    inner = range((shard.start // store.CHUNK_ROWS + 1) * store.CHUNK_ROWS, shard.stop, store.CHUNK_ROWS)
+    whole = plan.advance_ratio.size if plan.map else store.CHUNK_ROWS
+    step = whole * max(1, store.CHUNK_ROWS // whole)
+    inner = range((shard.start // step + 1) * step, shard.stop, step)
     return list(pairwise([shard.start, *inner, shard.stop]))
 
 
@@ -437,6 +440,8 @@ def _pooled(plan: Plan, parts: Parts, todo: Sequence[Shard], workers: int) -> Re
     Nobody says which shard the dead worker had, but shards are handed out in order: it was one of the first that are
     not done.  These are made alone, so that a shard that ends its worker again has only itself to blame.
     """
+    for rotor in plan.rotors:  # what its workers do not say
+        warn_of_few_blades(rotor, exact_model(rotor, plan.model), stacklevel=2)
     left, lost = list(todo), 0
     while left:
         with contextlib.suppress(BrokenExecutor), processes(workers) as pool:
@@ -487,7 +492,8 @@ def processes(workers: int) -> Iterator[Executor]:
 
 
 def _begin_worker() -> None:
-    """One thread a worker, and none that outlives its parent: it would wait for work forever."""
+    """One thread a worker, none that outlives its parent and waits for work forever; warnings are its parent's."""
+    warnings.simplefilter("ignore", FloquetWarning)
     os.environ["FLOQUET_THREADS"] = "1"  # whatever it was: there are workers for the cores
 
     def watch() -> None:

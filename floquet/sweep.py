@@ -1,8 +1,7 @@
 """A plan of points → chunks of rows.  Knows no files.
 
 Point i of a plan is design i // m at advance ratio i % m, for m advance ratios.  A row depends on its own parameters
-alone: the same point gives the same bits in any chunk, but for the last ones where some chunks have points enough for
-compiled kernels and others have not.
+alone: the same point gives the same bits in any chunk.
 """
 
 from __future__ import annotations
@@ -17,10 +16,11 @@ from numpy.typing import ArrayLike, NDArray
 
 from .comparison import Comparison, Metric, Model, Rule, compare, exact_model
 from .errors import ParameterError
+from .kernels import POINTS, part_of
 from .models import Physics, PhysicsKeywords
 from .models.physics import advance_ratios
 from .rotor import PARAMETERS, Hub, Rotor
-from .validity import Limit, limits
+from .validity import Limits, all_limits
 
 __all__ = ["ENGINE", "INTERVALS", "MODES", "Plan", "limit_rows", "point_rows", "sweep"]
 
@@ -31,7 +31,7 @@ MODES = ("regressing", "coning", "advancing", "differential")
 #: Intervals of failure kept in a row of limits; their true number is a column.
 INTERVALS = 6
 #: Raised when any number in a row changes.
-ENGINE = 2
+ENGINE = 3
 METRIC_COLUMNS = {
     Metric.RELATIVE: "error_{}",
     Metric.ABSOLUTE: "error_absolute_{}",
@@ -137,7 +137,8 @@ def point_rows(plan: Plan, start: int, stop: int, columns: Collection[str] | Non
     designs, mu = index // plan.advance_ratio.size, plan.advance_ratio[index % plan.advance_ratio.size]
     values, hubs, blades = plan.parameters(designs)
     out: Rows = {"rotor": designs.astype(np.int32), "advance_ratio": mu, **_parameters(values, hubs, blades)}
-    parts = list(_mapped(plan, start, stop) if plan.map else _one_by_one(plan, mu, values, hubs, blades))
+    with part_of(plan.points):
+        parts = list(_mapped(plan, start, stop) if plan.map else _one_by_one(plan, mu, values, hubs, blades))
     absent = _absent(len(index))
     out |= {name: _joined(name, parts, value) for name, value in absent.items() if columns is None or name in columns}
     return {name: value for name, value in out.items() if columns is None or name in columns}
@@ -170,30 +171,50 @@ def _mapped(plan: Plan, start: int, stop: int) -> Iterator[tuple[Any, Rows]]:
 
 def limit_rows(plan: Plan, start: int, stop: int) -> Rows:
     """Rows of the limits table of designs start … stop: mode × (metric, tolerance) each."""
-    rows: list[tuple[int, Rotor, Limit]] = []
-    for d in range(start, stop):
-        rotor = plan.design(d)
-        if plan.tolerances:
-            found = limits(
-                rotor, tolerances=plan.tolerances, mu_max=plan.mu_max, model=plan.model, **plan.physics.as_dict()
-            )
-            rows += [(d, rotor, limit) for limit in found]
-    out: Rows = {"rotor": np.array([d for d, _, _ in rows], np.int32)}
-    out |= _parameters(*plan.parameters(out["rotor"].astype(np.intp)))
-    found_limits = [limit for _, _, limit in rows]
-    out["mode"] = np.array([MODES.index(x.mode) for x in found_limits], np.int8)
-    out["metric"] = np.array([x.metric for x in found_limits], np.int8)
-    for name in ("tolerance", "limit", "mu_max", "lock", "lock_edge", "split_edge"):
-        out[name] = np.array([getattr(x, name) for x in found_limits], float)
-    out["cause"] = np.array([x.cause for x in found_limits], np.int8)
-    out["rule"] = np.array([x.rule for x in found_limits], np.int8)
-    out["intervals"] = np.array([len(x.intervals) for x in found_limits], np.int32)
+    designs = np.arange(start, stop)
+    values, hubs, blades = plan.parameters(designs)
+    parts = [_limit_columns(designs[:0], _none_wanted())]
+    for hub, count, some in _kinds(hubs, blades) if plan.tolerances else ():
+        group = Rotor(hub=hub, blades=count, **{name: value[some] for name, value in values.items()})
+        options: dict[str, Any] = {"mu_max": plan.mu_max, "model": plan.model, **plan.physics.as_dict()}
+        with part_of(POINTS):
+            found = all_limits(group, tolerances=plan.tolerances, **options)
+        parts.append(_limit_columns(designs[some], found))
+    out = {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
+    order = np.argsort(out["rotor"], kind="stable")
+    out = {name: value[order] for name, value in out.items()}
+    return out | _parameters(*plan.parameters(out["rotor"].astype(np.intp)))
+
+
+def _limit_columns(designs: NDArray[np.intp], found: Limits) -> Rows:
+    """The columns of limits, a row a design and wanted mode, metric and tolerance."""
+    n, w = len(designs), len(found.wanted)
+    out: Rows = {"rotor": np.repeat(designs, w).astype(np.int32)}
+    out["mode"] = np.tile(np.array([MODES.index(mode) for mode, _, _ in found.wanted], np.int8), n)
+    out["metric"] = np.tile(np.array([metric for _, metric, _ in found.wanted], np.int8), n)
+    out["tolerance"] = np.tile(np.array([tolerance for _, _, tolerance in found.wanted], float), n)
+    out["mu_max"] = np.full(n * w, found.mu_max)
+    out |= {name: getattr(found, name).ravel() for name in ("limit", "lock", "lock_edge", "split_edge")}
+    out |= {name: getattr(found, name).ravel() for name in ("cause", "rule")}
+    out["intervals"] = found.counts.ravel().astype(np.int32)
+    starts, ends = found.intervals(INTERVALS)
     for k in range(INTERVALS):
-        ends = [x.intervals[k] if k < len(x.intervals) else (math.nan, math.nan) for x in found_limits]
-        out[f"interval_{k + 1}_start"], out[f"interval_{k + 1}_end"] = (
-            np.array([e[i] for e in ends], float) for i in (0, 1)
-        )
+        out[f"interval_{k + 1}_start"], out[f"interval_{k + 1}_end"] = starts[..., k].ravel(), ends[..., k].ravel()
     return out
+
+
+def _none_wanted() -> Limits:
+    """Of no rotor and no tolerance."""
+    empty, small, none = np.zeros((0, 0)), np.zeros((0, 0), np.int8), np.zeros(0)
+    arrays: dict[str, Any] = {
+        "limit": empty,
+        "cause": small,
+        "rule": small,
+        "lock": empty,
+        "lock_edge": empty,
+        "split_edge": empty,
+    }
+    return Limits(wanted=(), counts=np.zeros((0, 0), np.int64), starts=none, ends=none, mu_max=math.nan, **arrays)
 
 
 # ---------------------------------------------------------------------- rows

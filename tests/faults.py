@@ -22,13 +22,15 @@ FLAPPING, TPP, MULTIBLADE = (
     "floquet/models/tip_path_plane.py",
     "floquet/models/multiblade.py",
 )
+RECORDED, PAIRS = "floquet/period_map/recorded.py", "tests/test_pairs.py"
 FORM, PRECISE, FACTOR_BOUNDS = (
-    "floquet/period_map/hill.py",
-    "floquet/period_map/precise.py",
+    "floquet/period_map/form.py",
+    "floquet/period_map/integers.py",
     "floquet/exponents/factors.py",
 )
 CLOSING, HILL, TAYLOR = "floquet/kernels/closing.py", "floquet/kernels/hill.py", "floquet/kernels/generate.py"
-MODELS = "tests/test_models.py"
+PIECES, PIECES_LANES = "floquet/kernels/pieces.py", "floquet/kernels/pieces_lanes.py"
+MODELS, IN_PIECES = "tests/test_models.py", "tests/test_pieces.py"
 
 #: One integral ∫ U_T^p x^j (x-ε)^k dx and the power b of u in it, with the coefficients it gives.
 INTEGRALS = {
@@ -126,11 +128,9 @@ physics = (
         MODELS,
     ),
     Mutant("signs of a₁ and b₁", TPP, "[[-1.0, 0.0]], [[0.0, -1.0]]", "[[1.0, 0.0]], [[0.0, 1.0]]", MODELS),
-    Mutant("truncated where exact is asked", FLAPPING, "physics.exact_offset | (cutout", "False | (cutout", MODELS),
+    Mutant("truncated where exact is asked", FLAPPING, "np.asarray(physics.exact_offset)", "np.asarray(False)", MODELS),
     Mutant("inner reversed region forgotten", FLAPPING, "- 2 * inboard[b]", "- 1 * inboard[b]", MODELS),
-    Mutant(
-        "outer reversed region forgotten", FLAPPING, "(-1) * ahead, between, ahead]", "ahead, between, ahead]", MODELS
-    ),
+    Mutant("outer reversed region forgotten", FLAPPING, "(-1) * ahead]", "ahead]", MODELS),
     Mutant(
         "odd harmonics kept in teetering",
         "floquet/models/teetering.py",
@@ -185,8 +185,8 @@ branch = (
     Mutant(
         "kick at a jump of the damping",
         FORM,
-        "kicks = 0.5 * d.jumps()",
-        "kicks = 0.0 * d.jumps()",
+        "kicks[j] = 0.5 * (after",
+        "kicks[j] = 0.0 * (after",
         MODELS,
     ),
     Mutant(
@@ -197,11 +197,11 @@ branch = (
         "tests/test_exponents.py",
     ),
     Mutant(
-        "Hill form in forty digits: d²/4",
+        "Hill form in integers without the damping",
         PRECISE,
-        "(d @ d) / 4",
-        "(d @ d) / 5",
-        "tests/test_exponents.py",
+        "polynomial(d, k)",
+        "polynomial(None, k)",
+        "tests/test_exponents.py tests/test_pairs.py",
     ),
 )
 bounds = (
@@ -222,8 +222,8 @@ bounds = (
     Mutant(
         "truncation left out of the bound",
         HILL,
-        "np.where(there, e + EPS",
-        "np.where(there, 0.0 * e + EPS",
+        "delta = e + EPS",
+        "delta = 0.0 * e + EPS",
         "tests/test_exponents.py tests/test_kernels.py",
     ),
     Mutant(
@@ -265,6 +265,43 @@ bounds = (
 PAIRING, FACTORS = "floquet/kernels/pairing.py", "floquet/kernels/quadratics.py"
 COMPARED, SIMPLE = "tests/test_comparison.py", "tests/test_simple_model.py"
 MIRROR = "mirror = -2.0 * lock - k"
+pieces = (
+    Mutant(
+        "lanes: zeros not counted",
+        PIECES_LANES,
+        "abs(where(steps[n, 8] < 0.0, 1.0",
+        "abs(where(steps[n, 8] < 0.0, 0.0",
+        IN_PIECES,
+    ),
+    Mutant("lanes: rough panels not counted", PIECES_LANES, "flag > 0.0, 1.0", "flag > 0.0, 0.0", IN_PIECES),
+    Mutant(
+        "lanes: a point that waits moves on", PIECES_LANES, "where(live, product[0], m[0])", "product[0]", IN_PIECES
+    ),
+    Mutant(
+        "lanes: errors of a point that waits",
+        PIECES_LANES,
+        "where(live, state[5] + w[1], state[5])",
+        "state[5] + w[1]",
+        IN_PIECES,
+    ),
+    Mutant("lanes: a kick at every panel", PIECES_LANES, "if s == 0 else", "if s >= 0 else", IN_PIECES),
+    Mutant("lanes: angles of harmonics", PIECES_LANES, "sine * c + cosine * s", "sine * c - cosine * s", IN_PIECES),
+    Mutant("lanes: centre of a panel", PIECES_LANES, "(2 * s + 1) * half", "(2 * s + 0.999) * half", IN_PIECES),
+    Mutant("pieces: signs of the series", PIECES, "np.where(k % 4 < 2", "np.where(k % 4 < 3", IN_PIECES),
+    Mutant("pieces: centre of a panel", PIECES, "(2 * place + 1) * half", "(2 * place + 0.999) * half", IN_PIECES),
+    Mutant("bounds of short panels idle", HILL, "(g < 0.5) & (area < 1.0)", "(g < 0.0) & (area < 1.0)", IN_PIECES),
+    Mutant("bounds of kicked panels", HILL, "(1.0 + g * abs(kick))", "(1.0 - g * abs(kick))", IN_PIECES),
+    Mutant("kicks there and back again", FORM, "] += np.where(empty", "] += 0.0 * np.where(empty", IN_PIECES),
+    Mutant(
+        "forty digits without kicks",
+        "floquet/period_map/hill.py",
+        "make_precise(phi, system, kicked,",
+        "make_precise(phi, system, None,",
+        IN_PIECES,
+    ),
+    Mutant("two parts of ½π", "floquet/kernels/elementary.py", "- turns * QUARTER[2]", "- 0.0 * QUARTER[2]", IN_PIECES),
+    Mutant("mean of a piece", "floquet/periodic.py", "(2.0 / (h * omega))", "(2.0 / omega)", IN_PIECES),
+)
 pairing = (
     *(
         Mutant(
@@ -305,28 +342,50 @@ pairing = (
     Mutant("harmonics doubled in a mean", TPP, "0.5 * row for row", "1.0 * row for row", SIMPLE),
     Mutant("pieces turned backwards", TPP, "np.conj(G * (E[h - j] if", "(G * (E[h - j] if", SIMPLE),
 )  # fmt: skip
+RECORD, PROGRAM, TAPES = "floquet/tape/record.py", "floquet/tape/program.py", "tests/test_tape.py"
+tapes = (
+    Mutant("x - y and y - x are one", RECORD, 'sorted((x, y)) if kind == "+"', "sorted((x, y)) if True", TAPES),
+    Mutant("sign lost in a difference", RECORD, 'self.entry("-" if kind == "+" else "+", x, inner)',
+           'self.entry("+", x, inner)', TAPES),
+    Mutant("divisors taken for powers of two", RECORD, "[0]) == 0.5", "[0]) <= 0.75", TAPES),
+    Mutant("constants rounded once only", RECORD, "operate(*(c.double for c in constants))",
+           "float(operate(*(c.exact for c in constants)))", TAPES),
+    Mutant("rows given up too early", PROGRAM, "if last[p] == n and", "if last[p] <= n + 1 and", TAPES),
+    Mutant("results overwritten", PROGRAM, " | {p: len(needed) for p in outputs}", "", TAPES),
+    Mutant("one tape for whatever is zero", RECORDED, "    folded: tuple[tuple[str, float], ...]",
+           "    folded: tuple[tuple[str, float], ...] = field(compare=False)", TAPES),
+    Mutant("one tape for whatever varies", RECORDED, "    varying: tuple[str, ...]",
+           "    varying: tuple[str, ...] = field(compare=False)", TAPES),
+    Mutant("one tape for exact and truncated offsets", FLAPPING, '"flapping", physics.exact_offset, ',
+           '"flapping", ', TAPES),
+    Mutant("panels of another frequency", "floquet/kernels/form.py", "_wanted(q[i], (first, second), omega)",
+           "_wanted(q[i], (first, second), 1.0)", TAPES),
+)  # fmt: skip
+DESIGNS, CURVES, LIMITS = (f"floquet/validity/{name}.py" for name in ("designs", "curves", "limits"))
+V = "tests/test_validity.py"
 roots = (
+    Mutant("growth confused with lock", DESIGNS, "np.cosh(phi.mean * phi.period))\n", "1.0)\n", V),
+    Mutant("locks at one end of τ", DESIGNS, "self._half_trace, (1.0, -1.0)", "self._half_trace, (1.0,)", V),
     Mutant(
-        "extrema between nodes ignored",
-        "floquet/validity.py",
-        "real = np.clip(found.real[",
-        "real = 0.0 * np.clip(turning.real[",
-        "tests/test_validity.py",
+        "cells without a root kept out too early",
+        CURVES,
+        "half * (slope + 0.5 * half * by_theta[which])",
+        "half * slope",
+        V,
     ),
+    Mutant("one root where the slope turns", CURVES, "(slope > half * by_theta[which])", "(slope > 0.0)", V),
+    Mutant("touching curves pass", CURVES, "some = (width > 0.5 * least)", "some = (width >= 0.0)", V),
+    Mutant("pieces that touch not cut", CURVES, "PARTED = 6", "PARTED = 0", V),
+    Mutant("pieces left unresolved", CURVES, "rounding: float = 2e-14", "rounding: float = 2e-4", V),
     Mutant(
-        "growth confused with lock",
-        "floquet/validity.py",
-        "np.sinh(phi.mean * phi.period) ** 2",
-        "0.0 * phi.mean",
-        "tests/test_validity.py",
+        "roots of polynomials left as they are",
+        CURVES,
+        "            for _ in range(2):\n                moved",
+        "            for _ in range(0):\n                moved",
+        V,
     ),
-    Mutant(
-        "locks that meet almost taken for one",
-        "floquet/validity.py",
-        "changes = np.flatnonzero(rho[:-1] != rho[1:])",
-        "changes = np.flatnonzero(rho[:-1] > 99.0)",
-        "tests/test_validity.py",
-    ),
+    Mutant("hidden extrema forgotten", LIMITS, "may |= (there > t) & (there - reach <= t)", "pass", V),
+    Mutant("edges of the neighbour", LIMITS, "better = (edges.case[i] == case) & ", "better = ", V),
 )
 
 HOVER, DECOUPLING, TEETERING = "floquet/models/hover.py", "floquet/decoupling.py", "floquet/models/teetering.py"
@@ -536,7 +595,32 @@ maps = (
     Mutant("ω taken as it is", GRID, "turns = np.floor(away + 0.5)", "turns = np.floor(away + 0.75)", C),
     Mutant("no branch in doubt", GRID, "(abs(away - turns) < DOUBTFUL)", "(abs(away - turns) < 9.0)", C),
     Mutant("bounds without τ between", GRID, "select(D > 0.0, 0.0, tau_error * tau_error)", "0.0", C),
-    Mutant("bound of rows signed", GRID, "mixed[:, -1] = np.abs(across) @", "mixed[:, -1] = across @", C),
+    Mutant("bound of rows signed", GRID, "mixed[:, -1] = summed(np.abs(across)", "mixed[:, -1] = summed(across", C),
+    Mutant("nodes are not all of a point at one", GRID, "NONE = 1e-100", "NONE = 0.0", C),
+    Mutant("no error of the mean damping", "floquet/period_map/chebyshev.py", "return np.asarray(weights * error)",
+           "return np.zeros(len(alpha))", C),
+    Mutant("mean damping not compared at spots", "floquet/period_map/chebyshev.py",
+           "near &= np.abs(signed[5] - self.direct_alpha)", "near &= 0.0 * np.abs(signed[5] - self.direct_alpha)", C),
+    Mutant("maps of equations in pieces", "floquet/period_map/tensor.py", "not axes or _in_pieces(system)",
+           "not axes", C),
+    Mutant("others along the axis", "floquet/period_map/tensor.py", "if alone and other.size > len(x):",
+           "if False:", C),
+    Mutant("bounds of hopeless matrices", "floquet/period_map/factors.py", "HOPELESS = 16.0", "HOPELESS = 1e300",
+           "tests/test_factors.py"),
+    Mutant("discs that touch are apart", "floquet/kernels/quadratics.py", "if somewhere(total > 0.0):", "if False:",
+           "tests/test_simple_model.py"),
+    Mutant("scales by exp", "floquet/exponents/products.py", "np.ldexp(values.real, power)",
+           "values.real * np.exp(scale)[:, None]", "tests/test_factors.py"),
+    Mutant("Hill's matrix as it is", "floquet/koopman.py", "np.exp2(np.round(0.5 *", "np.exp2(np.round(0.0 *",
+           "tests/test_koopman.py"),
+    Mutant("a check of any size", "floquet/koopman.py", "if groups * n > CYCLIC:", "if groups == math.inf:",
+           "tests/test_koopman.py"),
+    Mutant("a check that says little is silent", "floquet/exponents/evidence.py", "COARSER = 1e5", "COARSER = 1e50",
+           "tests/test_koopman.py"),
+    Mutant("overflow is the program's fault", "floquet/exponents/evidence.py",
+           " | ~np.isfinite(found.exponent_errors)", "", "tests/test_exponents.py"),
+    Mutant("sums of any order", GRID, "for column, part in zip(matrix.T, parts, strict=True):",
+           "for column, part in ((np.ones(len(matrix)), np.tensordot(matrix, parts, axes=1)),):", C),
     Mutant("compiled bound signed", GRID_LANES, "bound + r[6, j] * abs(e)", "bound + r[6, j] * e", C),
     Mutant("compiled rows' bound signed", GRID_LANES, "factor = e if f < SIGNED else abs(e)", "factor = e", C),
     Mutant("points side by side in any order", GRID_LANES, "and np.all(places[1:] > places[:-1])", "", C),
@@ -547,14 +631,29 @@ maps = (
     Mutant("rows of a design cut wrongly", "floquet/sweep.py", "wanted = (places >= start) & (places < stop)",
            "wanted = (places >= start) & (places <= stop)", "tests/test_sweep.py"),
     Mutant("maps forgotten in studies", "floquet/studyfile.py", "map=compare.map", "map=False", "tests/test_study.py"),
+    Mutant("heads alone", "floquet/kernels/pairs.py", "return normal(s, e + f)", "return s, 0.0", PAIRS),
+    Mutant("tails of products forgotten", "floquet/kernels/pairs.py", "normal(p, e + (a[0] * b[1] + a[1] * b[0]))",
+           "normal(p, e + a[0] * b[1])", PAIRS),
+    Mutant("tails of long sums forgotten", "floquet/kernels/pairs.py", "total[1] + (e + (", "total[1] + (0.0 * e + (",
+           PAIRS),
+    Mutant("a cutout sends all to integers", "floquet/period_map/pairs.py", "FOLDED, 2.0) for v",
+           "FOLDED, 2.0) * 0.0 for v", PAIRS),
+    Mutant("a fused multiply-add of its own", "floquet/kernels/compiler.py", "return _kept(function, {})",
+           'return _kept(function, {"fastmath": True})', PAIRS),
+    Mutant("constants rounded", "floquet/period_map/pairs.py", "return head, float(x - Fraction(head))",
+           "return head, 0.0", PAIRS),
+    Mutant("series of pairs cut short", "floquet/kernels/doubled.py", "ORDER = 44", "ORDER = 28", PAIRS),
+    Mutant("errors of pairs not weighed", "floquet/kernels/doubled.py", "SCALE = 2.0**48", "SCALE = 2.0**80", PAIRS),
+    Mutant("a panel's centre at its end", "floquet/period_map/pairs.py", "cosine_and_sine(n * (2 * s + 1) * half)",
+           "cosine_and_sine(n * (2 * s + 2) * half)", PAIRS),
     Mutant("no tail in the bound", NODES, "bound = bound + _tail(", "bound = bound + 0.0 * _tail(", C),
     Mutant("bound of nodes forgotten", NODES, "bound = self.values[6] + ROUNDING", "bound = ROUNDING", C),
     Mutant("slack forgotten", NODES, "    if slack:\n", "    if False:\n", C),
     Mutant("resolved too early", NODES, "RESOLVED = 5e-15", "RESOLVED = 5e-9", C),
-    Mutant("no spots", NODES, "        elif not tried.agrees:\n", "        elif False:\n", C),
+    Mutant("no spots", NODES, "            elif not agrees[i]:\n", "            elif False:\n", C),
     Mutant("no corners", NODES, "zip(*corners, *within_it, strict=True)", "zip(*within_it, strict=True)", C),
-    Mutant("turns not looked at", NODES, "        elif not tried.turns_known:\n", "        elif False:\n", C),
-    Mutant("growth not cut", NODES, "        elif tried.rough:\n", "        elif False:\n", C),
+    Mutant("turns not looked at", NODES, "            elif not turns[i]:\n", "            elif False:\n", C),
+    Mutant("growth not cut", NODES, "            elif rough[i]:\n", "            elif False:\n", C),
     Mutant("ω of the wrong turn", NODES, "omega += 2.0 * math.pi * np.round((first - omega) / (2.0 * math.pi))",
            "pass", C),
     Mutant("nodes at equal distances", NODES, "0.5 * (b - a) * np.cos(math.pi * (np.arange(m) + 0.5) / m)",
@@ -563,13 +662,11 @@ maps = (
     Mutant("values not in order", TENSOR, "added = (axis.order[s] * steps",
            "added = (np.sort(axis.order)[s] * steps", C),
     Mutant("any function is straight", TENSOR, "if not off <= AFFINE * EPS * size:", "if False:", C),
-    Mutant("first place on axes without nodes", TENSOR, "return np.asarray(value(list(self.fixed), 0))",
-           "return np.asarray(value([0] * len(self.fixed), 0))", C),
+    Mutant("first place on axes without nodes", TENSOR, "return np.asarray(value(self._where(), 0))",
+           "return np.asarray(value([0 * w for w in self._where()], 0))", C),
     Mutant("tiny grids get nodes", TENSOR, "LEAST = 4096", "LEAST = 40", C),
     Mutant("points next to branch points kept", TILES, "most=TOLERANCE", "most=1.0", C),
-    Mutant("untouched points in doubles", TILES, "    if not carried:\n", "    if False:\n", C),
-    Mutant("bound of products forgotten", TILES, "np.maximum(phi.rows[5], judged(m, phi.rows[4])[1])",
-           "phi.rows[5]", C),
+    
     Mutant("planes of three axes signed", TILES, "weight[:, -1] = np.abs(e)", "pass", C),
     Mutant("exactness lost in parts", "floquet/periodic.py",
            "return replace(self, damping=None, stiffness=None, equation=equation, blade=None)",
@@ -703,7 +800,9 @@ FAULTS: tuple[Mutant, ...] = (
     *physics,
     *branch,
     *bounds,
+    *pieces,
     *pairing,
+    *tapes,
     *roots,
     *errata,
     *responses,

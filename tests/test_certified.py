@@ -85,7 +85,7 @@ def test_bounds_hold_where_they_are_tried_hardest(precise: bool, monkeypatch: py
     Without forty digits, too: the bound of D in doubles must hold by itself.
     """
     if not precise:
-        monkeypatch.setattr(hill, "make_precise", lambda phi, system: phi)
+        monkeypatch.setattr(hill, "make_precise", lambda phi, *_, **__: phi)
     found = solved("hard_")
     assert np.all(errors(found, "hard_") + float(DATA["hard_radius"]) <= found["bound"])
     proven = DATA["hard_locked"] >= 0

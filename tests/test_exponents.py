@@ -481,6 +481,14 @@ def test_an_answer_can_be_checked_and_proved() -> None:
     assert constant.verdict is Verdict.STABLE
 
 
+def test_a_map_that_overflowed_is_proved_all_the_same() -> None:
+    """Growth of e^1000 a period is no number of the program and no fault of it."""
+    pytest.importorskip("flint")
+    system = mathieu(-30000.0, 0.1)
+    assert np.all(np.isinf(stability(system).exponent_errors))
+    assert stability(system, certify=True).verdict is Verdict.UNSTABLE
+
+
 def test_what_disagrees_with_its_proof_is_no_answer(monkeypatch: pytest.MonkeyPatch) -> None:
     """An engine that is wrong by a thousand bounds is found out by the certificate and by the second mechanism."""
     pytest.importorskip("flint")
@@ -497,3 +505,18 @@ def test_functions_have_no_certificate() -> None:
     pytest.importorskip("flint")
     with pytest.raises(ParameterError, match="nothing can be proven"):
         stability(hill_sawtooth(1.0, -0.2), certify=True)
+
+
+@pytest.mark.parametrize(
+    ("options", "sentence"),
+    [
+        ({"map": "lock_numbr"}, "did you mean 'lock_number'"),
+        ({"map": 3}, "no parameter"),
+        ({"panels": "a"}, "no number of panels"),
+        ({"panels": 2.5}, "no number of panels"),
+    ],
+)
+def test_settings_that_are_none_are_one_sentence(options: dict[str, Any], sentence: str) -> None:
+    with pytest.raises(ParameterError, match=sentence):
+        stability(flapping(Rotor(lock_number=8.0), 0.3), **options)
+    assert stability(colaneri(), map=True).exponents.shape == (2,)

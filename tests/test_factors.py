@@ -17,6 +17,7 @@ from flint import acb_mat, arb_mat, ctx
 
 from floquet import Rotor, flapping, multiblade, stability
 from floquet.exponents import Verdict, exponents
+from floquet.exponents.products import eigenvalues as eigenvalues_of
 from floquet.kernels import available
 from floquet.models.textbook import colaneri, rotating_frame
 from floquet.period_map import period_map, series
@@ -508,3 +509,41 @@ def test_kernels_run_on_wide_registers(tmp_path: Path) -> None:
     counts = [tuple(map(int, line.split())) for line in run.stdout.splitlines()]
     for (wide_ones, single), (kernel, least) in zip(counts, WIDE.items(), strict=True):
         assert wide_ones > least and single < least / 10, kernel
+
+
+@pytest.mark.parametrize("size", [1e6, 1e12, 1e300])
+@pytest.mark.parametrize("n", [1, 2])
+def test_what_no_number_of_panels_resolves_has_no_bound(n: int, size: float, lanes: None) -> None:
+    """The difference of two rules is small beside what both leave out."""
+    matrix = np.eye(n) * np.array([1.0, size])[:, None, None]
+    found = stability(PeriodicSystem(matrix=PeriodicMatrix.constant(matrix, 1.0), period=1.0))
+    assert np.all(np.isinf(found.exponent_errors[1])) and found.verdict[1] == Verdict.UNDECIDED
+    assert (
+        np.all(np.abs(found.exponents[0] - 1.0) <= found.exponent_errors[0]) and found.exponent_errors[0].max() < 1e-13
+    )
+
+
+def test_large_multipliers_keep_their_digits() -> None:
+    """2^±1000 times matrices near 1: scales are powers of two, exactly."""
+    near = np.random.default_rng(5).normal(size=(8, 3, 3))
+    for power in (-900, 900):
+        values, bounds = eigenvalues_of(np.ldexp(near, power), np.ldexp(np.full(8, 1e-15), power))
+        plain, radius = eigenvalues_of(near, np.full(8, 1e-15))
+        np.testing.assert_array_equal(values, np.ldexp(plain.real, power) + 1j * np.ldexp(plain.imag, power))
+        np.testing.assert_array_equal(bounds, np.ldexp(radius, power))
+
+
+def test_first_order_systems_on_several_cores_give_the_same_bits(lanes: None, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Thousands of cases, in chunks."""
+    rng = np.random.default_rng(8)
+    A, C = rng.normal(size=(2, 6000, 2, 2))
+    matrix = PeriodicMatrix.constant(A - np.eye(2)) + PeriodicMatrix.harmonic(1, C, 0.0 * C)
+    system = PeriodicSystem(matrix=matrix, period=2.0 * math.pi)
+    found = []
+    for threads in ("1", "2"):
+        monkeypatch.setenv("FLOQUET_THREADS", threads)
+        found.append(stability(system))
+    whole = exponents(period_map(system))
+    for one in found:
+        assert one.exponents.tobytes() == whole.exponents.tobytes()
+        assert one.exponent_errors.tobytes() == whole.exponent_errors.tobytes()

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+import warnings
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -13,7 +14,7 @@ import pytest
 from scipy.linalg import expm
 
 from floquet import koopman
-from floquet.errors import FailedError, ParameterError
+from floquet.errors import FailedError, FloquetWarning, ParameterError
 from floquet.exponents import stability
 from floquet.koopman import HillCheck, disagreement, koopman_hill, require_agreement
 from floquet.models import flapping, multiblade, teetering, textbook, tip_path_plane
@@ -181,13 +182,14 @@ def test_coefficients_are_those_of_the_series() -> None:
 def test_coefficients_between_kinks_are_integrals(fraction: float) -> None:
     """A square wave, one on ``fraction`` of the period: (1 - e^{-2πik fraction})/(2πik)."""
     system = textbook.meissner([1.0, 2.0], -1.0, fraction=fraction)
-    harmonics, size = koopman._spectrum(system, system.period)
+    harmonics, scale, size = koopman._spectrum(system, system.period)
     k = np.arange(-180, 181)
     wave = np.where(k == 0, fraction, (1.0 - np.exp(-2j * math.pi * k * fraction)) / (2j * math.pi * np.where(k, k, 1)))
     for case, a in enumerate((1.0, 2.0)):
-        found = -harmonics(90)[case, :, 1, 0]  # a + 1 but for 2 on the wave
+        found = -harmonics(90)[case, :, 1, 0] * scale[case, 1]  # a + 1 but for 2 on the wave
         assert np.abs(found - ((a + 1.0) * (k == 0) - 2.0 * wave)).max() < 1e-13
-    assert np.allclose(size, [2.0, 3.0])
+    np.testing.assert_array_equal(scale, [[1.0, 1.0], [1.0, 2.0]])  # √2 and √3, to powers of two
+    assert np.allclose(size, [2.0, 2.0])  # a + 1 over the scale, or the scale
 
 
 def test_kinks_of_the_passage_are_those_of_the_base() -> None:
@@ -199,6 +201,40 @@ def test_kinks_of_the_passage_are_those_of_the_base() -> None:
     assert breaks is not None and np.allclose(np.unique(breaks), [*edges, *(edges[1:] + 2.0 * math.pi)])
     check = koopman_hill(system)
     assert disagreement(known([-(2.0 * math.pi + 3.0) / (2.0 * math.pi) + 0.5j]), check) <= 1.0
+
+
+def test_high_frequencies_need_few_factors() -> None:
+    """√9000 = 95 a radian, in coordinates of one size: 100 factors a period, not 9000."""
+    system = textbook.mathieu(9000.0, 0.3, 0.1)
+    check = koopman_hill(system)
+    assert check.exponent_errors.max() < 1e-11 and check.converged
+    require_agreement(stability(system), check)
+    multipliers = np.exp(stability(system).exponents * system.period)
+    np.testing.assert_allclose(*map(np.sort_complex, (np.linalg.eigvals(check.monodromy), multipliers)), atol=1e-10)
+
+
+def test_what_would_not_end_is_refused() -> None:
+    for a in (1e9, 1e300):
+        with pytest.raises(FailedError, match="leave out check"):
+            koopman_hill(textbook.mathieu(a, 0.3))
+
+
+def test_cases_do_not_depend_on_how_many_are_kept(monkeypatch: pytest.MonkeyPatch) -> None:
+    system = flapping(Rotor(lock_number=np.array([[4.0], [6.0], [8.0]])), np.array([0.1, 0.5]))
+    whole = koopman_hill(system)
+    monkeypatch.setattr(koopman, "ENTRIES", 8)
+    parts = koopman_hill(system)
+    for name in ("exponents", "exponent_errors", "monodromy", "harmonics"):
+        np.testing.assert_array_equal(getattr(whole, name), getattr(parts, name))
+
+
+def test_a_check_that_says_little_says_so() -> None:
+    """A square wave: declared, and declared or not at the edge of a panel; a smooth system is confirmed in silence."""
+    with pytest.warns(FloquetWarning, match="was not declared is in neither bound"):
+        assert stability(textbook.meissner(2.7, -0.8, 0.1, fraction=0.6), check=True).check is not None
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        stability(flapping(ONE, 0.3), check=True)
 
 
 def test_result_is_frozen() -> None:

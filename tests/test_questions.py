@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 from scipy.optimize import brentq, linear_sum_assignment
 from scipy.special import mathieu_a, mathieu_b
 
-from floquet import Rotor
+from floquet import Rotor, compare
 from floquet.comparison import Cause, Rule
 from floquet.exhibits import Exhibit, module
 from floquet.plot import validity_curves as curves
@@ -683,7 +683,22 @@ def texts_are_apart(figure: Any) -> None:
         assert not [other for other, b in boxes[i + 1 :] if box.overlaps(b)], text
 
 
-@pytest.mark.parametrize("question", [2, 3, 4])
+def test_question_7() -> None:
+    """The numbers of the caption at their own points, and single rotors of the table from their own limits."""
+    numbers, table = shown(7).numbers, shown(7).table
+    low, high, least = (float(x) for x in numbers.values())
+    for gamma, mu in ((low, 0.3), (high, 0.4)):
+        below, above = (compare(Rotor(lock_number=g, blades=3), mu)["regressing"].error for g in (gamma, gamma + 0.05))
+        assert below <= 0.05 < above
+    assert least > 0.6
+    row = next(r for r in table if (r["lock_number"], r["hub"], r["mode"]) == (8.0, "teetering", "regressing"))
+    assert row["limit_0.05"] == pytest.approx(0.69635, abs=1e-5) and row["per_rev"] == 1.0
+    row = next(r for r in table if (r["lock_number"], r["hub"], r["mode"]) == (12.0, "articulated", "coning"))
+    assert row["first_lock"] == pytest.approx(0.214382, abs=1e-6) and row["per_rev"] == 0.5
+    assert {r["mode"] for r in table if r["hub"] == "teetering"} == {"regressing", "advancing"}
+
+
+@pytest.mark.parametrize("question", [2, 3, 4, 7])
 def test_texts_of_a_figure_do_not_overlap(question: int) -> None:
     texts_are_apart(shown(question).figure)
 

@@ -483,3 +483,20 @@ def test_differential_coning_is_the_constant_equation() -> None:
     assert found is not None and plane.damping is not None and plane.stiffness is not None
     c, k = plane.damping.mean()[0, 0], plane.stiffness.mean()[0, 0]
     np.testing.assert_allclose(found * found + c * found + k, 0.0, atol=4 * EPS)
+
+
+@pytest.mark.parametrize("shift", [0.0, 0.1])
+def test_discs_that_touch_reach_all_over_one_another(shift: float) -> None:
+    """Three pairs; two of them within their bounds of one another, or all three in a row, or none."""
+    centre = np.array([-1.0 + 1.0j, -1.0 + 1.2j + shift, -1.0 + 3.0j])
+    values = np.ravel(np.stack([centre, centre.conj()], axis=1))
+    for bounds, touching in ((0.09, []), (0.105, [0, 1]), (1.0, [0, 1, 2])):
+        z = np.stack([values.real, values.imag], axis=1)[:, :, None].copy()
+        errors, q = np.full((6, 1), bounds), np.empty((3, 3))
+        quadratics.joined(z, errors, 0, q)
+        if shift and bounds < 0.11:
+            touching = []
+        expected = np.full(6, bounds)
+        for i in touching:
+            expected[2 * i : 2 * i + 2] = (4 * len(touching) - 1) * bounds
+        np.testing.assert_allclose(errors[:, 0], expected, rtol=1e-14)

@@ -66,9 +66,10 @@ def test_limit_rows_are_the_limits(plan: Plan) -> None:
     rows = limit_rows(plan, 3, 5)
     found = [x for d in (3, 4) for x in limits(plan.design(d), tolerances=plan.tolerances, **plan.physics.as_dict())]
     assert len(rows["limit"]) == len(found) == 2 * (4 + 2)
-    np.testing.assert_array_equal(rows["limit"], [x.limit for x in found])
+    np.testing.assert_allclose(rows["limit"], [x.limit for x in found], rtol=1e-11)  # solved with others, or alone
     np.testing.assert_array_equal(rows["intervals"], [len(x.intervals) for x in found])
-    assert rows["interval_1_start"][0] == found[0].intervals[0][0]
+    np.testing.assert_array_equal(rows["cause"], [x.cause for x in found])
+    assert rows["interval_1_start"][0] == pytest.approx(found[0].intervals[0][0], rel=1e-11)
 
 
 def test_sweep_is_the_short_way() -> None:
@@ -110,13 +111,9 @@ def test_rows_from_maps_are_those_of_points_within_their_bounds_and_say_so() -> 
 
 
 def test_rows_from_maps_do_not_depend_on_how_they_are_cut() -> None:
-    """In the middle of a design, and of a kind: the exact ones; the others' kernels go by the number of points."""
+    """In the middle of a design, and of a kind."""
     plan = mapped(130, map=True)
     whole, cuts = point_rows(plan, 0, plan.points), [0, 1700, 3900, 5333, 7000, plan.points]
     parts = [point_rows(plan, a, b) for a, b in pairwise(cuts)]
     for name, column in whole.items():
-        joined = np.concatenate([p[name] for p in parts])
-        if name.startswith(("tpp", "exact", "error")):
-            np.testing.assert_allclose(joined, column, rtol=1e-9, atol=1e-11, err_msg=name)
-        else:
-            assert column.tobytes() == joined.tobytes(), name
+        assert column.tobytes() == np.concatenate([p[name] for p in parts]).tobytes(), name

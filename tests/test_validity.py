@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import json
 import math
+from collections.abc import Callable
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -17,10 +19,11 @@ from floquet.exponents import stability
 from floquet.models import flapping, tip_path_plane
 from floquet.rotor import Hub, Rotor
 from floquet.validity import (
+    all_limits,
+    crossings,
     instability_onset,
     limits,
     lock_windows,
-    sign_changes,
     split_edges,
     validity_intervals,
     validity_limit,
@@ -95,6 +98,16 @@ def test_regressing_limit_of_the_plain_rotor(gamma: float, limit: float) -> None
     assert validity_limit(Rotor(lock_number=gamma)) == pytest.approx(limit, abs=1e-5)
 
 
+def test_teetering_rotor_fails_in_no_wide_range_below_its_lock() -> None:
+    """γ = 6: 7e-4 at μ = 0.4, 1.2 % at 0.6, lock from 0.60724; γ = 8: above 5 % on a hundredth of μ only."""
+    six, eight = (Rotor(lock_number=gamma, blades=2, hub=Hub.TEETERING) for gamma in (6.0, 8.0))
+    assert compare(six, 0.4)["regressing"].error == pytest.approx(7.2e-4, abs=5e-6)
+    assert compare(six, 0.6)["regressing"].error == pytest.approx(1.2e-2, abs=5e-4)
+    assert lock_windows(six)[0][0] == pytest.approx(0.60724, abs=5e-6)
+    ((start, end),) = validity_intervals(eight)
+    assert start == pytest.approx(0.69635, abs=5e-6) and end == pytest.approx(0.70783, abs=5e-6)
+
+
 def test_a_limit_inside_a_lock_says_so() -> None:
     found = limits(Rotor(lock_number=12.0), modes=["regressing"])[0]
     enter, _, per_rev = lock_windows(Rotor(lock_number=12.0))[0]
@@ -146,8 +159,9 @@ def test_locks_parted_by_a_narrow_gap_are_two() -> None:
 
 
 def test_a_rotor_beyond_doubles_is_refused() -> None:
-    with pytest.raises(ParameterError, match="overflows"), np.errstate(all="ignore"):
-        validity_limit(Rotor(lock_number=1000.0))
+    for call in (validity_limit, lock_windows, instability_onset):
+        with pytest.raises(ParameterError, match="overflows"), np.errstate(all="ignore"):
+            call(Rotor(lock_number=np.array([8.0, 1e5])))
 
 
 @pytest.mark.parametrize("seed", range(6))
@@ -207,13 +221,92 @@ def test_splits_are_where_the_tpp_pairs_turn_real() -> None:
     assert found.split_edge == min(edges, key=lambda e: abs(e - found.limit))
 
 
-def test_sign_changes_finds_close_pairs_and_ends() -> None:
-    """Roots a millionth apart, a double root that does not cross, many roots."""
-    np.testing.assert_allclose(sign_changes(lambda x: (x - 0.5) * (x - 0.500001), 0.0, 1.0), [0.5, 0.500001], atol=1e-9)
-    assert sign_changes(lambda x: (x - 0.5) ** 2 + 1e-9, 0.0, 1.0) == []
+def passages(f: Callable[[Any], Any], **given: Any) -> list[float]:
+    """Every passage of one curve through zero on [0, 1]."""
+    return crossings(lambda _, x: f(x), np.zeros(1), np.ones(1), **given).x.tolist()
+
+
+def test_crossings_are_found_however_close() -> None:
+    """Roots a millionth apart, a double root that does not cross, many roots, none at the ends."""
+    np.testing.assert_allclose(passages(lambda x: (x - 0.5) * (x - 0.500001)), [0.5, 0.500001], atol=1e-12)
+    assert passages(lambda x: (x - 0.5) ** 2 + 1e-9) == []
+    assert passages(lambda x: (x - 0.5) ** 2, least=1e-9) == []
     np.testing.assert_allclose(
-        sign_changes(lambda x: np.sin(40 * x + 0.1), 0.0, 1.0), (np.arange(1, 13) * math.pi - 0.1) / 40, atol=1e-12
+        passages(lambda x: np.sin(40 * x + 0.1)), (np.arange(1, 13) * math.pi - 0.1) / 40, atol=1e-15
     )
+
+
+@pytest.mark.parametrize("width", [10.0**-k for k in range(2, 9)])
+def test_windows_of_every_width_are_found(width: float) -> None:
+    """Two passages so far apart, of a curve known to more digits than its values have."""
+
+    def curve(case: Any, x: Any) -> Any:
+        return np.cos(7.0 * x) * np.exp(x) * ((x - 0.3) ** 2 - (0.5 * width) ** 2)
+
+    found = crossings(curve, np.zeros(1), np.ones(1), exact=lambda level: lambda case, x: curve(case, x) - level).x
+    expected = [math.pi / 14, 0.3 - 0.5 * width, 0.3 + 0.5 * width, 3 * math.pi / 14]
+    np.testing.assert_allclose(found, expected, atol=1e-14 + 1e-5 * width)
+    if width < 5e-7:
+        assert len(passages(lambda x: curve(0, x), least=2.0 * width)) == 2
+
+
+def test_a_narrow_dip_is_resolved_before_roots_are_sought() -> None:
+    """A hundredth wide on a rising line: polynomials that leave it out have no root there."""
+    found = passages(lambda x: 0.1 + x - np.exp(-(((x - 0.5) / 0.01) ** 2)))
+    assert len(found) == 2
+    np.testing.assert_allclose([0.1 + x - math.exp(-(((x - 0.5) / 0.01) ** 2)) for x in found], 0.0, atol=1e-12)
+
+
+def test_roots_are_the_curves_own_where_polynomials_are_coarse() -> None:
+    """Of polynomials that are right to a thousandth: two steps with the curve itself."""
+    found = passages(lambda x: np.exp(3.0 * np.sin(11.0 * x)) - 1.5, rounding=1e-3)
+    exact = sorted(
+        x for k in range(2) for x in (
+            (math.asin(math.log(1.5) / 3.0) + 2 * math.pi * k) / 11.0,
+            (math.pi - math.asin(math.log(1.5) / 3.0) + 2 * math.pi * k) / 11.0,
+        ) if x < 1.0
+    )  # fmt: skip
+    np.testing.assert_allclose(found, exact, atol=1e-9)
+
+
+def test_a_gap_between_two_samples_is_found() -> None:
+    """A tolerance just above a least error: the mode holds on a range far narrower than a sample."""
+    rotor = Rotor(lock_number=9.374, hinge_stiffness=0.0516)
+    mu = np.linspace(0.70, 0.76, 60_001)
+    error = compare(rotor, mu)["differential"].error
+    least = int(np.argmin(error))
+    assert 0 < least < len(mu) - 1
+    tolerance = float(error[least]) + 1e-6
+    failing = validity_intervals(rotor, tolerance, "differential")
+    (gap,) = [(a, b) for (_, a), (b, _) in pairwise(failing) if a < mu[least] < b]
+    assert 0.0 < gap[1] - gap[0] < 3e-3
+
+
+def test_crossings_of_many_curves_at_once() -> None:
+    """Polynomials of six random roots, down to 1e-11 of their largest values; two levels."""
+    roots = np.sort(np.random.default_rng(0).uniform(0, 1, (500, 6)), axis=1)
+
+    def curve(case: Any, x: Any) -> Any:
+        return np.prod(x[:, None] - roots[case], axis=1)
+
+    found = crossings(curve, np.zeros(500), np.ones(500))
+    np.testing.assert_array_equal(found.case, np.repeat(np.arange(500), 6))
+    np.testing.assert_allclose(found.x, roots.ravel(), atol=1e-13)
+    waves = crossings(lambda case, x: np.sin((case + 1.0) * 2 * math.pi * x), np.zeros(5), np.ones(5), (0.5, -0.5))
+    np.testing.assert_array_equal(np.bincount(waves.case), 4 * np.arange(1, 6))
+    np.testing.assert_allclose(np.sin((waves.case + 1.0) * 2 * math.pi * waves.x), waves.level, atol=1e-14)
+
+
+def test_many_rotors_have_the_limits_of_each() -> None:
+    rng = np.random.default_rng(8)
+    rotors = Rotor(lock_number=rng.uniform(2, 16, (3, 4)), hinge_offset=rng.uniform(0, 0.15, (3, 1)))
+    found = all_limits(rotors, tolerances=[(Metric.RELATIVE, 0.05), (Metric.ABSOLUTE, 0.02)], mu_max=1.2)
+    for case, index in enumerate(np.ndindex(3, 4)):
+        one = limits(rotors[index], tolerances=[(Metric.RELATIVE, 0.05), (Metric.ABSOLUTE, 0.02)], mu_max=1.2)
+        for a, b in zip(found.of(case), one, strict=True):
+            assert (a.mode, a.metric, a.cause, a.rule) == (b.mode, b.metric, b.cause, b.rule)
+            np.testing.assert_allclose(a.intervals, b.intervals, atol=1e-10)
+            np.testing.assert_allclose([a.lock_edge, a.split_edge], [b.lock_edge, b.split_edge], atol=1e-10)
 
 
 def test_arrays_of_rotors() -> None:

@@ -2,16 +2,20 @@
 
 from __future__ import annotations
 
+import warnings
 from dataclasses import replace
 
 import numpy as np
 
-from ..errors import FailedError
+from ..errors import FailedError, FloquetWarning
 from ..period_map import Method
 from ..periodic import PeriodicSystem
 from .result import Stability, plain
 
 __all__ = ["certified", "checked"]
+
+COARSER = 1e5  # times the bounds: of smooth systems the check has 1e3
+COARSE = 1e-14  # bounds below are as good as this
 
 
 def checked(found: Stability, system: PeriodicSystem) -> Stability:
@@ -20,6 +24,15 @@ def checked(found: Stability, system: PeriodicSystem) -> Stability:
 
     hill = koopman_hill(system)
     require_agreement(found, hill)
+    apart = np.asarray(hill.exponent_errors) / np.maximum(np.asarray(found.exponent_errors), COARSE)
+    if np.any(apart > COARSER):
+        worst = float(np.asarray(hill.exponent_errors).ravel()[np.argmax(apart)])
+        warnings.warn(
+            f"Hill's matrix confirms exponents to {worst:.1e} only, {np.max(apart):.0e} times their own bounds: so it "
+            "is where coefficients or their derivatives jump; a jump that was not declared is in neither bound",
+            FloquetWarning,
+            stacklevel=3,
+        )
     return replace(found, check=hill)
 
 
@@ -51,7 +64,7 @@ def _require_containment(found: Stability, eta: np.ndarray, radii: np.ndarray) -
     if turn:
         gaps = gaps - 1j * turn * np.round(gaps.imag / turn)
     allowed = np.asarray(found.exponent_errors)[..., :, None] + radii[..., None, :]
-    near = np.any(np.abs(gaps) <= allowed, axis=-1)
+    near = np.any(np.abs(gaps) <= allowed, axis=-1) | ~np.isfinite(found.exponent_errors)  # whose map overflowed
     if not np.all(near):
         worst = float(np.min(np.abs(gaps), axis=-1)[~near].max())
         raise FailedError(

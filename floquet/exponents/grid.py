@@ -39,10 +39,10 @@ def of_grid(grid: TensorGrid) -> Stability:
     def close(tile: Tile) -> None:
         close_tile(tile, int(Method.MAP), out)
 
-    def solve(some: tuple[NDArray[np.intp], bool]) -> None:
-        found = of_hill(direct_map(grid.system, *some), compiled=True)
+    def solve(some: NDArray[np.intp]) -> None:
+        found = of_hill(direct_map(grid.system, some), compiled=True)
         for name, values in fields.items():
-            values[some[0]] = getattr(found, name)
+            values[some] = getattr(found, name)
 
     with ThreadPoolExecutor(cores()) as pool:
         for some in _by(TOGETHER, regions(grid)):

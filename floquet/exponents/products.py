@@ -144,8 +144,9 @@ def size_of(m: Array) -> Array:
 
 def _with_scale(values: Complex, radius: Array, scale: Array) -> tuple[Complex, Array]:
     """The eigenvalues and bounds themselves."""
-    factor = np.exp(scale)[:, None]
-    return values * factor, radius * factor
+    power = np.rint(scale / math.log(2.0)).astype(int)[:, None]  # exact: exp(scale) has lost digits where it is large
+    with np.errstate(over="ignore"):
+        return np.ldexp(values.real, power) + 1j * np.ldexp(values.imag, power), np.ldexp(radius, power)
 
 
 def _scaled(maps: Array, errors: Array) -> tuple[Array, Array, Array]:

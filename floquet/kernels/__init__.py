@@ -13,11 +13,14 @@ from __future__ import annotations
 
 import importlib.util
 import os
+from collections.abc import Iterator
+from contextlib import contextmanager
+from contextvars import ContextVar
 from functools import cache
 
 import numpy as np
 
-__all__ = ["POINTS", "available", "cores", "keep_memory", "worth_compiling"]
+__all__ = ["POINTS", "available", "cores", "keep_memory", "part_of", "worth_compiling"]
 
 #: From this many points on compiled kernels are used: NumPy would take about as long as numba takes to load.
 POINTS = 1024
@@ -29,9 +32,22 @@ def available() -> bool:
     return os.environ.get("FLOQUET_NO_NUMBA", "") in ("", "0") and importlib.util.find_spec("numba") is not None
 
 
+_MANY: ContextVar[bool] = ContextVar("many points", default=False)
+
+
 def worth_compiling(points: int) -> bool:
     """Whether so many points go to the compiled kernels; by their number alone, so that answers do not vary."""
-    return points >= POINTS and available()
+    return (points >= POINTS or _MANY.get()) and available()
+
+
+@contextmanager
+def part_of(points: int) -> Iterator[None]:
+    """What is solved herein, in this thread, is a part of so many points, and has the last digits that they have."""
+    before = _MANY.set(_MANY.get() or points >= POINTS)
+    try:
+        yield
+    finally:
+        _MANY.reset(before)
 
 
 def cores() -> int:

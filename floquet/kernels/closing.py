@@ -38,8 +38,11 @@ DECIDED, NEUTRAL, BOUND = 0, 1, 2
 arcsinh, arctan2 = np.arcsinh, np.arctan2  # compiled code has its own
 
 
-def closed(m: Any, tau_error: Any, D: Any, b: Any, zeros: Any, alpha: Any, T: Any) -> Any:
-    """Growth beyond α, ρ, lock or not, bound, verdict, reason and | det Φ - 1 | of numbers or arrays."""
+def closed(m: Any, tau_error: Any, D: Any, b: Any, zeros: Any, alpha: Any, alpha_error: Any, T: Any) -> Any:
+    """Growth beyond α, ρ, lock or not, bound, verdict, reason and | det Φ - 1 | of numbers or arrays.
+
+    ``alpha_error`` is beyond α's own rounding.
+    """
     tau, size = 0.5 * (m[0] + m[3]), abs(D)
     locked = D > b
     root = np.sqrt(select(D * select(locked, 1.0, -1.0) > 0.0, size, 0.0))
@@ -56,17 +59,19 @@ def closed(m: Any, tau_error: Any, D: Any, b: Any, zeros: Any, alpha: Any, T: An
     moved = b / (root + np.sqrt(rest) + select(away, 0.0, 1.0))
     beside = select(D > 0.0, moved / np.sqrt(1.0 + rest), np.sqrt(moved * moved + tau_error * tau_error))
     bound = select(away, beside, 0.5 * math.pi * (np.sqrt(size) + np.sqrt(size + b))) / T
-    bound = bound + 8.0 * EPS * (abs(alpha) + growth + abs(rho))
+    bound = bound + alpha_error + 8.0 * EPS * (abs(alpha) + growth + abs(rho))
     bound = select(bound < math.inf, bound, math.inf)  # nan too
 
     between = D < -b  # there σ = α to rounding; the bound of the set must not blur that
-    blur = select(between, 8.0 * EPS * abs(alpha), bound)
+    blur = select(between, alpha_error + 8.0 * EPS * abs(alpha), bound)
     verdict = select(alpha + growth + blur < 0.0, STABLE, select(alpha + growth - blur > 0.0, UNSTABLE, UNDECIDED))
     reason = select(verdict != UNDECIDED, DECIDED, select((alpha == 0.0) & between, NEUTRAL, BOUND))
     return growth, rho, locked, bound, verdict, reason, abs(m[0] * m[3] - m[1] * m[2] - 1.0)
 
 
-def exponents_of(rows: Array, alpha: Array, T: float, *, compiled: bool | None = None) -> dict[str, NDArray[Any]]:
+def exponents_of(
+    rows: Array, alpha: Array, T: float, *, alpha_error: Array | float = 0.0, compiled: bool | None = None
+) -> dict[str, NDArray[Any]]:
     """Exponents (n, 2) complex and what goes with them, of maps ``rows`` (:data:`floquet.kernels.hill.ROWS`, n).
 
     ``compiled`` says whether they stand for many more; by their number if left out.
@@ -75,16 +80,21 @@ def exponents_of(rows: Array, alpha: Array, T: float, *, compiled: bool | None =
     out: dict[str, NDArray[Any]] = {"exponents": np.empty((n, 2), complex)}
     out |= {name: np.empty(n) for name in ("bound", "rho", "lock", "defect")}
     out |= {name: np.empty(n, np.int8) for name in ("verdict", "reason")}
-    if worth_compiling(n) if compiled is None else compiled and available():
+    if np.ndim(alpha_error) == 0 and (worth_compiling(n) if compiled is None else compiled and available()):
         from . import hill_lanes as lanes
 
         parts = out["exponents"].view(float)
         lanes.close_rows(
-            rows, alpha, T, parts, *(out[k] for k in ("bound", "rho", "lock", "defect", "verdict", "reason"))
+            rows,
+            alpha,
+            float(alpha_error),
+            T,
+            parts,
+            *(out[k] for k in ("bound", "rho", "lock", "defect", "verdict", "reason")),
         )
         return out
     with np.errstate(invalid="ignore", over="ignore"):
-        growth, rho, locked, *rest = closed(tuple(rows[:4]), rows[4], rows[8], rows[5], rows[6], alpha, T)
+        growth, rho, locked, *rest = closed(tuple(rows[:4]), rows[4], rows[8], rows[5], rows[6], alpha, alpha_error, T)
     out["exponents"].real = np.stack([alpha + growth, alpha - growth], axis=-1)
     out["exponents"].imag = np.stack([rho, np.where(locked, rho, -rho)], axis=-1)
     out["rho"], out["lock"] = rho, np.where(locked, rho, np.nan)

@@ -22,10 +22,11 @@ from typing import Any, TypeVar
 import numba
 import numpy as np
 
-__all__ = ["cache_folder", "inlined", "kernel"]
+__all__ = ["cache_folder", "inlined", "kernel", "unfused_kernel"]
 
 F = TypeVar("F", bound=Callable[..., Any])
-OPTIONS: dict[str, Any] = {"nogil": True, "fastmath": {"contract"}, "error_model": "numpy"}
+OPTIONS: dict[str, Any] = {"nogil": True, "error_model": "numpy"}
+FUSED: dict[str, Any] = {"fastmath": {"contract"}}
 
 
 def digest(folder: Path = Path(__file__).parent) -> str:
@@ -53,19 +54,34 @@ def cache_folder() -> str:
 
 
 def kernel(function: F) -> F:
-    """A function over arrays of points: compiled at its first call, kept on disk, free of the interpreter's lock."""
+    """A function over arrays of points: compiled at its first call, kept on disk, free of the interpreter's lock.
+
+    A product and a sum may be fused.
+    """
+    return _kept(function, FUSED)
+
+
+def unfused_kernel(function: F) -> F:
+    """The same for arithmetic in which every rounding counts."""
+    return _kept(function, {})
+
+
+def _kept(function: F, more: dict[str, Any]) -> F:
     config: Any = numba.config
     before = config.CACHE_DIR
     config.CACHE_DIR = cache_folder() or before
     try:
-        return numba.njit(cache=bool(cache_folder()), **OPTIONS)(function)
+        return numba.njit(cache=bool(cache_folder()), **OPTIONS, **more)(function)
     finally:
         config.CACHE_DIR = before
 
 
-def inlined(function: F, **primitives: Any) -> F:
-    """A function of numbers, compiled into the loops that call it; ``primitives`` replace globals of these names."""
+def inlined(function: F, *, fused: bool = True, **primitives: Any) -> F:
+    """A function of numbers, compiled into the loops that call it; ``primitives`` replace globals of these names.
+
+    Not ``fused``, it rounds as NumPy does.
+    """
     if primitives:
         names = {**function.__globals__, **primitives}  # what NumPy does with arrays, numbers do in another way
         function = FunctionType(function.__code__, names, function.__name__)  # type: ignore[assignment]
-    return numba.njit(forceinline=True, **OPTIONS)(function)
+    return numba.njit(forceinline=True, **OPTIONS, **(FUSED if fused else {}))(function)

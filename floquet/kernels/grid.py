@@ -33,7 +33,7 @@ from .closing import exponents_of
 from .hill import EPS, ROWS
 from .primitives import select
 
-__all__ = ["FIELDS", "Exponents", "Tile", "cardinals", "close_tile", "tile_rows"]
+__all__ = ["FIELDS", "Exponents", "Tile", "cardinals", "close_tile", "summed", "tile_rows"]
 
 Array = NDArray[np.float64]
 Places = NDArray[np.intp]
@@ -41,7 +41,8 @@ Places = NDArray[np.intp]
 #: What is known at the nodes: Φ by rows, ω in quarter turns, α, the bound of τ.
 FIELDS = ("phi_11", "phi_12", "phi_21", "phi_22", "quarters", "alpha", "half_trace_error")
 LEFT_OUT = -1  # in place of a method
-TINY = 1e-200  # in place of a distance of zero: its weight outgrows all others
+TINY = 1e-200  # in place of a distance of zero: its weight outgrows all others,
+NONE = 1e-100  # and below this theirs are zero: a point at a node has nothing of the other nodes
 DOUBTFUL = 1.25 / 4.0  # turns from the middle of ω's quadrant: 1/8 is right, 1/2 the turn is anyone's guess
 
 
@@ -50,7 +51,8 @@ class Tile(NamedTuple):
 
     ``values`` (rows' nodes, 7, columns' nodes) are the :data:`FIELDS`; ``x`` (r,) and ``z`` (c,) the parameters of rows
     and columns, ``row_places`` and ``column_places`` add up to a point's place among all.  ``units`` (r,) make y'
-    comparable with y, ``panels`` (r,) are those of each node.  A point whose bound is above ``most`` is left out.
+    comparable with y, ``alpha_errors`` (r,) bound those of α, ``panels`` (r,) are those of each node.  A point whose
+    bound is above ``most`` is left out.
     """
 
     values: Array
@@ -63,6 +65,7 @@ class Tile(NamedTuple):
     row_places: Places
     column_places: Places
     units: Array
+    alpha_errors: Array
     panels: NDArray[np.int64]
     period: float
     most: float
@@ -120,18 +123,28 @@ def cardinals(x: Array, nodes: Array, weights: Array) -> Array:
     """ℓ_j(x), (points, nodes)."""
     distance = x[:, None] - nodes
     terms = weights / np.where(distance == 0.0, TINY, distance)
-    return np.asarray(terms / terms.sum(axis=1, keepdims=True))
+    found = terms / terms.sum(axis=1, keepdims=True)
+    return np.where(np.abs(found) < NONE, 0.0, found)
+
+
+def summed(matrix: Array, values: Array, axis: int) -> Array:
+    """Σ_j matrix_ij values_…j… along an axis, which comes first: in order, so that a place's bits are its own."""
+    parts = np.moveaxis(values, axis, 0)
+    total = np.zeros((len(matrix), *parts.shape[1:]))
+    for column, part in zip(matrix.T, parts, strict=True):
+        total += column.reshape(-1, *[1] * part.ndim) * part
+    return total
 
 
 def tile_rows(tile: Tile) -> tuple[Array, Array, NDArray[np.bool_]]:
     """:data:`~floquet.kernels.hill.ROWS` (9, n), α, and which points are not left out."""
     fields = len(FIELDS)
     across, along = cardinals(tile.x, tile.x_nodes, tile.x_weights), cardinals(tile.z, tile.z_nodes, tile.z_weights)
-    mixed = np.tensordot(across, tile.values, axes=1)  # (r, 7, columns' nodes)
-    mixed[:, -1] = np.abs(across) @ tile.values[:, -1]
+    mixed = summed(across, tile.values, 0)  # (r, 7, columns' nodes)
+    mixed[:, -1] = summed(np.abs(across), tile.values[:, -1], 0)
     found = np.empty((fields, len(tile.x), len(tile.z)))
-    found[:-1] = np.moveaxis(mixed[:, :-1], 1, 0) @ along.T
-    found[-1] = mixed[:, -1] @ np.abs(along).T
+    found[:-1] = np.moveaxis(summed(along, mixed[:, :-1], 2), 0, -1).swapaxes(0, 1)
+    found[-1] = summed(np.abs(along), mixed[:, -1], 1).T
     *m, quarters, alpha, tau_error = found.reshape(fields, -1)
     rows = np.empty((len(ROWS), len(alpha)))
     with np.errstate(invalid="ignore", over="ignore"):
@@ -150,7 +163,7 @@ def close_tile(tile: Tile, method: int, out: Exponents) -> None:
         grid_lanes.close_tile(tile, method, out)
         return
     rows, alpha, kept = tile_rows(tile)
-    found = exponents_of(rows, alpha, tile.period)
+    found = exponents_of(rows, alpha, tile.period, alpha_error=np.repeat(tile.alpha_errors, len(tile.z)))
     places = (tile.row_places[:, None] + tile.column_places).ravel()
     out.exponents.view(complex).reshape(-1, 2)[places] = found["exponents"]
     out.exponent_errors.reshape(-1, 2)[places] = found["bound"][:, None]

@@ -12,7 +12,7 @@ import numpy as np
 
 from . import grid, lanes
 from .compiler import inlined, kernel
-from .grid import FIELDS, LEFT_OUT, TINY
+from .grid import FIELDS, LEFT_OUT, NONE, TINY
 from .hill_lanes import LANES, close_block, select
 from .lanes import WIDTH
 
@@ -42,7 +42,8 @@ def cardinals(x: Any, nodes: Any, weights: Any, out: Any) -> None:
             total = total + term
         total = 1.0 / total
         for j in range(len(nodes)):
-            out[g, j] = out[g, j] * total
+            e = out[g, j] * total
+            out[g, j] = where(abs(e) < NONE, spread(0.0), e)
 
 
 @kernel
@@ -71,6 +72,8 @@ def mixed(values: Any, x: float, nodes: Any, weights: Any, out: Any) -> None:
     for a in range(len(nodes)):
         distance = x - nodes[a]
         e = weights[a] / (TINY if distance == 0.0 else distance) / total
+        if abs(e) < NONE:
+            continue
         for f in range(ALL):
             factor = e if f < SIGNED else abs(e)
             for j in range(values.shape[2]):
@@ -150,7 +153,7 @@ def close_tile(tile: Any, method: int, out: Any) -> None:
         for r in range(len(tile.x)):
             combined(rows[r], polynomials, as_lanes(fields.reshape(ALL, GROUPS, WIDTH)))
             judge_block(fields.reshape(-1), block, kept, tile.units[r], tile.period, tile.most)
-            close_block(block, found, tile.period)
+            close_block(block, tile.alpha_errors[r], found, tile.period)
             first = tile.row_places[r]
             if together:
                 first += places[0]

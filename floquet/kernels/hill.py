@@ -26,6 +26,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from . import available, worth_compiling
+from .primitives import select
 from .taylor import ORDER, panel
 
 __all__ = ["ROWS", "Panels", "equal_panels", "map_equal_panels", "map_panels"]
@@ -59,11 +60,30 @@ def size_of(f: Any) -> Any:
     return abs(f[0]) + abs(f[1]) + abs(f[2]) + abs(f[3])
 
 
+def placed(f: Any, e: Any, half: Any, unit: Any, size: Any, kick: Any) -> Any:
+    """A panel in (y, u y') after its kick, the errors for :func:`entrywise`, and whether its series is too short.
+
+    ``kick`` is what y adds to y' where the panel begins.  F₂₁ comes from h² q, and in a panel much shorter than u so
+    does its error: as large as the others it would, over h/u, outgrow them all.
+    """
+    g, kick, area, scale = half / unit, unit * kick, half * half * size, size_of(f)
+    part = select((g < 0.5) & (area < 1.0), area, 1.0)
+    delta = e + EPS * (ROUNDING * scale + COEFFICIENTS * area)
+    corner = e + EPS * (ROUNDING * scale * part + COEFFICIENTS * area)
+    f1, f2 = f[1] * g, f[2] / g
+    F = f[0] + f1 * kick, f1, f2 + f[3] * kick, f[3]
+    return F, (delta * (1.0 + g * abs(kick)), delta * g, corner / g + delta * abs(kick)), e > TRUNCATION * scale
+
+
 def weighed(p: Any, a: Any, f: Any, tau: Any, delta: Any, g: Any) -> Any:
-    """What errors δ, δg, δ/g, δ of the entries of F do to τ (twice), to D, and to all entries of Φ together."""
+    """:func:`entrywise` for errors δ, δg, δ/g, δ of the entries of F."""
+    return entrywise(p, a, f, tau, delta, delta * g, delta / g)
+
+
+def entrywise(p: Any, a: Any, f: Any, tau: Any, delta: Any, d1: Any, d2: Any) -> Any:
+    """What errors δ, d₁, d₂, δ of the entries of F do to τ (twice), to D, and to all entries of Φ together."""
     w0, w1 = p[0] * a[0] + p[1] * a[2], p[0] * a[1] + p[1] * a[3]
     w2, w3 = p[2] * a[0] + p[3] * a[2], p[2] * a[1] + p[3] * a[3]
-    d1, d2 = delta * g, delta / g
     trace = (abs(w0) + abs(w3)) * delta + abs(w2) * d1 + abs(w1) * d2
     discriminant = (
         (abs(tau * w0 - f[3]) + abs(tau * w3 - f[0])) * delta + abs(tau * w2 + f[2]) * d1 + abs(tau * w1 + f[1]) * d2
@@ -154,9 +174,9 @@ def _grouped(index: NDArray[np.intp], key: NDArray[np.int64]) -> Iterator[tuple[
     """The points of each key, in order."""
     order = np.argsort(key.astype(np.int16), kind="stable")
     counts = np.bincount(key)
-    for k, group in enumerate(np.split(index[order], np.cumsum(counts)[:-1])):
-        if len(group):
-            yield k, group
+    ends = np.cumsum(counts)
+    for k in np.flatnonzero(counts).tolist():
+        yield k, index[order[ends[k] - counts[k] : ends[k]]]
 
 
 # ---------------------------------------------------------------------- any panels, on arrays
@@ -222,16 +242,11 @@ def _mapped(panels: Panels, size: Array, unit: Array) -> Array:
     """The rows of some points."""
     counts, half = panels.counts, panels.half
     point = np.repeat(np.arange(len(counts)), counts)
-    f0, f1, f2, f3, e = panel(*_series(panels))
-    there = half > 0  # a piece without length is its kick
-    g = np.where(there, half, unit[point]) / unit[point]
-    scale = size_of((f0, f1, f2, f3))
-    delta = np.where(there, e + EPS * (ROUNDING * scale + COEFFICIENTS * half * half * size[point]), 0.0)
-    kick = unit[point] * panels.kick
-    f0, f1, f2, f3 = f0, np.where(there, f1 * g, 0.0), f2 / g, f3  # in (y, u y')
-    flat = (f0 + f1 * kick, f1, f2 + f3 * kick, f3, delta * (1.0 + np.abs(kick)), g, e > TRUNCATION * scale)
+    *entries, e = panel(*_series(panels))
+    F, errors, rough = placed(entries, e, half, unit[point], size[point], panels.kick)
+    flat = (*F, *errors, rough)
     steps = list(
-        zip(*(_by_place(x, fill, counts) for x, fill in zip(flat, (1, 0, 0, 1, 0, 1, 0), strict=True)), strict=True)
+        zip(*(_by_place(x, fill, counts) for x, fill in zip(flat, (1, 0, 0, 1, 0, 0, 0, 0), strict=True)), strict=True)
     )
 
     one, zero = np.ones(len(counts)), np.zeros(len(counts))
@@ -241,8 +256,8 @@ def _mapped(panels: Panels, size: Array, unit: Array) -> Array:
     last = products[-1]
     tau, sums, after, unresolved = 0.5 * (last[0] + last[3]), [zero] * 3, products[0], zero
     for f, p in zip(steps[::-1], products[-2::-1], strict=True):
-        sums = [total + x for total, x in zip(sums, weighed(p, after, f[:4], tau, f[4], f[5]), strict=True)]
-        unresolved = unresolved + f[6]
+        sums = [total + x for total, x in zip(sums, entrywise(p, after, f[:4], tau, *f[4:7]), strict=True)]
+        unresolved = unresolved + f[7]
         after = chained(after, f[:4])
     zeros = sum(((a[0] < 0) != (b[0] < 0)) * 1.0 for a, b in pairwise(products))
     *first, discriminant = finished(last, unit, sums)

@@ -20,13 +20,13 @@ from .hill import COEFFICIENTS, EPS, ROUNDING, TRUNCATION
 from .lanes import WIDTH
 from .taylor import panel, two_harmonics, weights
 
-__all__ = ["LANES", "blocks", "close_rows", "hill_blocks", "select"]
+__all__ = ["LANES", "blocks", "close_rows", "hill_blocks", "select", "unit", "weigh"]
 
 LANES = 256  # enough for a panel's weights to be fetched once for many points; the scratch of a block stays in L2
 
 _panel, _two_harmonics, _weights = inlined(panel), inlined(two_harmonics), inlined(weights)
 _chained, _size_of, _finished = inlined(hill.chained), inlined(hill.size_of), inlined(hill.finished)
-_weighed = inlined(hill.weighed)
+_weighed = inlined(hill.weighed, entrywise=inlined(hill.entrywise))
 
 
 @inlined
@@ -88,6 +88,18 @@ def unit(m: Any) -> None:
 
 
 @kernel
+def weigh(steps: Any, panels: int, state: Any, point: Any, lanes: int) -> None:
+    """The sweep backwards over all panels: the product of all and the sums of their errors in ``state``."""
+    last = steps[panels, 4 * LANES :]
+    for i in range(lanes):
+        point[i] = 0.5 * (last[i] + last[3 * LANES + i])
+    state[:] = 0.0
+    unit(state)
+    for s in range(panels, 0, -1):
+        backward(steps[s], steps[s - 1], state, point, lanes)
+
+
+@kernel
 def hill_blocks(q: Any, size: Any, index: Any, count: int, cosines: Any, table: Any, half: float, out: Any) -> None:
     """:func:`floquet.kernels.hill.map_equal_panels` for ``count`` points in :func:`blocks`."""
     panels = len(cosines)
@@ -103,13 +115,8 @@ def hill_blocks(q: Any, size: Any, index: Any, count: int, cosines: Any, table: 
         unit(steps[0, 4 * LANES :])
         for s in range(panels):
             forward(rows, steps[s], steps[s + 1], cosines[s], table, lanes)
+        weigh(steps, panels, state, point, lanes)
         last = steps[panels, 4 * LANES :]
-        for i in range(lanes):
-            point[i] = 0.5 * (last[i] + last[3 * LANES + i])
-        state[:] = 0.0
-        unit(state)
-        for s in range(panels, 0, -1):
-            backward(steps[s], steps[s - 1], state, point, lanes)
         for i in range(lanes):
             m = (last[i], last[LANES + i], last[2 * LANES + i], last[3 * LANES + i])
             sums = (state[4 * LANES + i], state[5 * LANES + i], state[6 * LANES + i])
@@ -119,7 +126,7 @@ def hill_blocks(q: Any, size: Any, index: Any, count: int, cosines: Any, table: 
 
 
 @kernel
-def close_block(rows: Any, out: Any, T: float) -> None:
+def close_block(rows: Any, alpha_error: float, out: Any, T: float) -> None:
     """A block of scratch: rows and α (10 rows) → growth, ρ, lock or not, bound, verdict, reason, defect."""
     for i in range(LANES):
         m = (rows[i], rows[LANES + i], rows[2 * LANES + i], rows[3 * LANES + i])
@@ -130,6 +137,7 @@ def close_block(rows: Any, out: Any, T: float) -> None:
             rows[5 * LANES + i],
             rows[6 * LANES + i],
             rows[9 * LANES + i],
+            alpha_error,
             T,
         )
         out[i], out[LANES + i], out[2 * LANES + i], out[3 * LANES + i] = growth, rho, 1.0 if locked else 0.0, bound
@@ -138,7 +146,17 @@ def close_block(rows: Any, out: Any, T: float) -> None:
 
 @kernel
 def close_rows(
-    rows: Any, alpha: Any, T: float, parts: Any, bound: Any, rho: Any, lock: Any, defect: Any, verdict: Any, reason: Any
+    rows: Any,
+    alpha: Any,
+    alpha_error: float,
+    T: float,
+    parts: Any,
+    bound: Any,
+    rho: Any,
+    lock: Any,
+    defect: Any,
+    verdict: Any,
+    reason: Any,
 ) -> None:
     """:func:`floquet.kernels.closing.exponents_of` in blocks; ``parts`` are σ₁, ρ₁, σ₂, ρ₂ (n, 4)."""
     n = len(alpha)
@@ -148,7 +166,7 @@ def close_rows(
         for r in range(9):
             block[r * LANES : r * LANES + count] = rows[r, start : start + count]
         block[9 * LANES : 9 * LANES + count] = alpha[start : start + count]
-        close_block(block, out, T)
+        close_block(block, alpha_error, out, T)
         for i in range(count):
             k, growth, turning, locked = start + i, out[i], out[LANES + i], out[2 * LANES + i] > 0.0
             parts[k, 0], parts[k, 1] = alpha[k] + growth, turning

@@ -21,7 +21,8 @@ which keeps its own relative accuracy next to a large one.
 
 Errors.  Let δ_i be g_i with what the rounding of r_i can do to it (eps times the permanent of the absolute values).
 The characteristic polynomial is Π q_i (1 + Σ g_i/q_i), by Lagrange's interpolation at the roots of the factors, so each
-of its roots has |q_i| ≤ n |δ_i| for one i.
+of its roots has |q_i| ≤ n |δ_i| for one i.  As many roots are in discs that touch one another as there are discs, and
+any of them may be anywhere in these: the bounds of such discs reach all over them.
 """
 
 from __future__ import annotations
@@ -52,7 +53,8 @@ POINTS_AT_ONCE = 2032  # stay in L2; rows a power of two apart would share the s
 
 #: What is compiled for lanes as it stands.
 ARITHMETIC = ("times", "over", "minor", "expanded", "diagonal", "beside", "remainder", "apart", "others",
-              "correction", "seen", "started", "refined", "radius", "stated", "ordered", "solved")  # fmt: skip
+              "correction", "seen", "started", "refined", "radius", "stated", "touching", "joined", "ordered",
+              "solved")  # fmt: skip
 
 
 # ---------------------------------------------------------------------- arithmetic modulo t² - f t - e
@@ -226,6 +228,32 @@ def stated(D: Any, K: Any, b: int, q: Any, n: int, roots: Any, errors: Any) -> A
     return largest
 
 
+def touching(roots: Any, errors: Any, b: int, i: int, j: int) -> Any:
+    """1 where discs i and j touch, else 0."""
+    x, y, reach = roots[i, 0, b] - roots[j, 0, b], roots[i, 1, b] - roots[j, 1, b], errors[i, b] + errors[j, b]
+    return select(x * x + y * y <= reach * reach, 1.0, 0.0 * reach)
+
+
+def joined(roots: Any, errors: Any, b: int, q: Any) -> None:
+    """Bounds of discs that touch others reach all over those of their kind; ``q`` is used up."""
+    count = errors.shape[0]
+    for i in range(count):
+        q[i // 2, i % 2] = 0.0 * errors[0, b]
+    for i in range(count - 2):
+        for j in range(i + 2 - i % 2, count):  # discs of one pair that touch are each all over both
+            both = touching(roots, errors, b, i, j)
+            q[i // 2, i % 2], q[j // 2, j % 2] = q[i // 2, i % 2] + both, q[j // 2, j % 2] + both
+    total = 0.0 * errors[0, b]
+    for i in range(count // 2):
+        both, near = touching(roots, errors, b, 2 * i, 2 * i + 1), q[i, 0]
+        q[i, 0], q[i, 1] = near + both * q[i, 1], q[i, 1] + both * near
+    for i in range(count):
+        total = total + select(q[i // 2, i % 2] > 0.0, errors[i, b], 0.0)
+    if somewhere(total > 0.0):
+        for i in range(count):
+            errors[i, b] = select(q[i // 2, i % 2] > 0.0, 2.0 * total - errors[i, b], errors[i, b])
+
+
 def ordered(roots: Any, errors: Any, b: int) -> None:
     """By |Im|, then Re, then Im: reals first, then pairs."""
     for i in range(errors.shape[0] - 1):
@@ -244,6 +272,7 @@ def solved(D: Any, K: Any, b: int, q: Any, cosines: Any, roots: Any, errors: Any
     scale = started(D, K, b, q, cosines)
     refined(D, K, b, q, scale, len(cosines))
     doubt[b] = stated(D, K, b, q, len(cosines), roots, errors) / (scale * scale)
+    joined(roots, errors, b, q)
     ordered(roots, errors, b)
 
 
@@ -251,7 +280,7 @@ def solved(D: Any, K: Any, b: int, q: Any, cosines: Any, roots: Any, errors: Any
 def roots(D: Array, K: Array) -> tuple[Complex, Array]:
     """Eigenvalues (2n, points), in order, and bounds of their errors, for D and K (n², points).
 
-    A bound is a distance to the set of exact eigenvalues: where two meet, both may have the same one next to them.
+    The exact eigenvalues, each with one value for its own, are within the bounds.
     """
     from . import blocks
 
@@ -287,6 +316,7 @@ def bounds(D: Array, K: Array, values: Complex) -> Array:
         q[i] = np.where(real, near, a.real), np.where(real, 0.0, -a.imag * a.imag), np.where(real, far - near, 0.0)
     with np.errstate(divide="ignore", invalid="ignore"):  # pairs that are the same to the last bit
         stated(D[:, None], K[:, None], 0, q, n, z, errors)
+        joined(z, errors, 0, q)
     ordered(z, errors, 0)
     return np.where(np.isnan(errors[:, 0]), np.inf, errors[:, 0])
 

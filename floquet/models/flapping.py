@@ -22,13 +22,14 @@ from __future__ import annotations
 import math
 import warnings
 from collections.abc import Mapping, Sequence
+from functools import cached_property
 from typing import Any, Unpack
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..errors import FloquetWarning, ParameterError
-from ..periodic import TWO_PI, Equation, PeriodicMatrix, PeriodicSystem
+from ..periodic import TWO_PI, Equation, Parts, PeriodicMatrix, PeriodicSystem
 from ..rotor import PARAMETERS, Hub, Rotor
 from .inputs import FORCING
 from .physics import Physics, PhysicsKeywords, advance_ratios
@@ -36,6 +37,8 @@ from .physics import Physics, PhysicsKeywords, advance_ratios
 __all__ = ["blade", "flapping"]
 
 Array = NDArray[np.float64]
+PLACES = (0, 1, 2, 1, 0)  # between the kinks: air from ahead, mixed, from behind, mixed, from ahead
+INTEGRALS = ((1, 0, 2), (2, 0, 1), (1, 0, 1))  # p, j, k of ∫ U_T^p x^j (x-ε)^k dx: of damping, pitch and inflow
 SINE, COSINE = PeriodicMatrix.scalar(sines=[1]), PeriodicMatrix.scalar(cosines=[1])
 
 
@@ -80,10 +83,20 @@ def blade(rotor: Rotor, advance_ratio: ArrayLike, **options: Unpack[PhysicsKeywo
         )
     values = {p.name: np.asarray(getattr(rotor, p.name), float) for p in PARAMETERS}
     values |= {"advance_ratio": mu, "tip_loss": np.asarray(physics.tip_loss, float)}
-    _Blade(values, physics)  # refuses what cannot be
+    if np.any(values["tip_loss"] <= np.maximum(values["hinge_offset"], values["root_cutout"])):
+        raise ParameterError(
+            "tip_loss",
+            physics.tip_loss,
+            f"tip_loss = {physics.tip_loss:g} leaves no blade that lifts outboard of the hinge or root cutout",
+        )
     return PeriodicSystem(
         period=TWO_PI,
-        equation=Equation(build=lambda some: _Blade(some, physics).equation(), parameters=values),
+        equation=Equation(
+            build=lambda some: _Blade(some, physics).equation(),
+            parameters=values,
+            parts=(lambda some: _Blade(some, physics).parts()) if physics.reversed_flow else None,
+            key=("flapping", physics.exact_offset, physics.reversed_flow),
+        ),
         inputs=lambda: _Blade(values, physics).forcing(),
         input_names=FORCING,
         coordinates=("beta",),
@@ -92,32 +105,41 @@ def blade(rotor: Rotor, advance_ratio: ArrayLike, **options: Unpack[PhysicsKeywo
 
 
 class _Blade:
-    """Eq. (1) for parameters in doubles, or exact ones (object arrays of fractions)."""
+    """Eq. (1) for parameters in doubles, or in object arrays: exact ones, or symbols while no blade has a cutout."""
 
     def __init__(self, values: Mapping[str, NDArray[Any]], physics: Physics) -> None:
         self.values, self.physics = values, physics
         self.mu, self.offset = values["advance_ratio"], values["hinge_offset"]
         self.half = values["lock_number"] / 2
-        cutout, tip = values["root_cutout"], values["tip_loss"]
-        outboard = np.real(cutout) > np.real(self.offset)  # parameters with rates have them as imaginary parts
-        self.root = np.where(outboard, cutout, self.offset)[()]
-        self.tip = tip.item() if tip.size == 1 else tip
-        if np.any(self.tip <= self.root):
-            raise ParameterError(
-                "tip_loss",
-                self.tip,
-                f"tip_loss = {self.tip:g} leaves no blade that lifts outboard of the hinge or root cutout",
-            )
-        self.exact = physics.exact_offset | outboard
-        self.edges = self._kinks() if physics.reversed_flow else None
+        cutout = values["root_cutout"]
+        self.tip, self.root, self.exact = values["tip_loss"], self.offset, np.asarray(physics.exact_offset)
+        if np.any(cutout):
+            outboard = np.real(cutout) > np.real(self.offset)  # parameters with rates have them as imaginary parts
+            self.root, self.exact = np.where(outboard, cutout, self.offset)[()], self.exact | outboard
 
     def equation(self) -> tuple[PeriodicMatrix, PeriodicMatrix]:
         """d and k."""
+        pairs = self.pairs()
+        if not self.physics.reversed_flow:
+            return pairs[0]
+        d, k = (PeriodicMatrix.pieces([pairs[place][i] for place in PLACES], self.edges) for i in (0, 1))
+        return d, k
+
+    def parts(self) -> Parts:
+        """d and k in reversed flow, between the kinks."""
+        return Parts(pairs=self.pairs(), places=PLACES, edges=self.edges)
+
+    def pairs(self) -> list[tuple[PeriodicMatrix, PeriodicMatrix]]:
+        """d and k without reversed flow, or with U_T ahead, mixed and reversed."""
         v = self.values
         structure = _constant(1 + v["hinge_stiffness"] + v["offset_mass_ratio"])
-        damping = _constant(v["flap_damping"]) + self.half * self.integral(1, 0, 2)
-        pitch, inflow = self.half * self.integral(2, 0, 1), self.half * self.integral(1, 0, 1)
-        return damping, structure + v["pitch_flap_coupling"] * pitch + self.mu * (COSINE @ inflow)
+        damper = _constant(v["flap_damping"])
+        pairs = []
+        for rate, pitch, inflow in zip(*(self.polynomials(*powers) for powers in INTEGRALS), strict=True):
+            pitch, inflow = self.half * pitch, self.half * inflow
+            stiffness = structure + v["pitch_flap_coupling"] * pitch + self.mu * (COSINE @ inflow)
+            pairs.append((damper + self.half * rate, stiffness))
+        return pairs
 
     def forcing(self) -> PeriodicMatrix:
         """f, a column an input."""
@@ -142,26 +164,33 @@ class _Blade:
     # ∫ (x+u)^p x^j (x-ε)^k dx over the lifting blade, as periodic functions through u = μ sin ψ
     def integral(self, p: int, j: int, k: int) -> PeriodicMatrix:
         """The integral with U_T^p, sign reversed in reversed flow where that is taken into account."""
+        found = self.polynomials(p, j, k)
+        if not self.physics.reversed_flow:
+            return found[0]
+        return PeriodicMatrix.pieces([found[place] for place in PLACES], self.edges)
+
+    def polynomials(self, p: int, j: int, k: int) -> list[PeriodicMatrix]:
+        """The integral where the air comes from ahead; with reversed flow also where it is mixed, and from behind."""
         monomials = _powers(self.offset, j, k)
         forward = [math.comb(p, b) * self._moment(monomials, p - b) for b in range(p + 1)]
         ahead = PeriodicMatrix.sine_polynomial(forward, self.mu)
-        if self.edges is None:
-            return ahead
+        if not self.physics.reversed_flow:
+            return [ahead]
         inboard = _inboard(monomials, p, self.root)
         mixed = [(forward[b] if b < len(forward) else 0) - 2 * inboard[b] for b in range(len(inboard))]
-        between = PeriodicMatrix.sine_polynomial(mixed, self.mu)
-        return PeriodicMatrix.pieces([ahead, between, (-1) * ahead, between, ahead], self.edges)
+        return [ahead, PeriodicMatrix.sine_polynomial(mixed, self.mu), (-1) * ahead]
 
     def _moment(self, monomials: Sequence[NDArray[Any]], power: int) -> NDArray[Any]:
         """∫ x^power Σ c_n x^n dx; what lies inboard of the hinge is O(ε^(degree+1)), and the report keeps it to ε²."""
-        outer = sum(c * self.tip ** (n + power + 1) / (n + power + 1) for n, c in enumerate(monomials))
-        keep = np.asarray(self.exact) | (len(monomials) + power <= 2)
+        outer = sum(c * _power(self.tip, n + power + 1) / (n + power + 1) for n, c in enumerate(monomials))
+        keep = self.exact | (len(monomials) + power <= 2)
         if not keep.any():
             return np.asarray(outer)
         inner = sum(c * _power(self.root, n + power + 1) / (n + power + 1) for n, c in enumerate(monomials))
         return np.asarray(outer - np.where(keep, inner, 0))
 
-    def _kinks(self) -> Array:
+    @cached_property
+    def edges(self) -> Array:
         """Azimuths where the root and the tip enter and leave reversed flow, (..., 6) from 0 to 2π.
 
         Doubles even for exact parameters: where the pieces meet their values and slopes agree, so that a shift of eps
@@ -170,10 +199,9 @@ class _Blade:
         mu, root, tip = np.broadcast_arrays(*(np.asarray(np.real(x), float) for x in (self.mu, self.root, self.tip)))
         root_angle, tip_angle = (np.arcsin(np.divide(r, mu, out=np.ones(mu.shape), where=mu > r)) for r in (root, tip))
         zero = np.zeros(mu.shape)
-        return np.stack(
-            [zero, math.pi + root_angle, math.pi + tip_angle, TWO_PI - tip_angle, TWO_PI - root_angle, zero + TWO_PI],
-            axis=-1,
-        )
+        pi, turn = zero + math.pi, zero + TWO_PI
+        kinks = [zero, pi + root_angle, pi + tip_angle, turn - tip_angle, turn - root_angle, turn]
+        return np.moveaxis(np.stack(kinks), 0, -1)
 
 
 def _power(x: NDArray[Any], n: int) -> NDArray[Any]:

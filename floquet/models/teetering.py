@@ -62,7 +62,7 @@ def teetering(rotor: Rotor, advance_ratio: ArrayLike, **options: Unpack[PhysicsK
 
     return PeriodicSystem(
         period=math.pi,
-        equation=Equation(build=build, parameters=blade_equation.parameters),
+        equation=Equation(build=build, parameters=blade_equation.parameters, key=("teetering", blade_equation.key)),
         inputs=forcing,
         input_names=(*one.input_names, PRECONE),
         coordinates=("beta",),

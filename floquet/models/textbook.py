@@ -35,7 +35,7 @@ def mathieu(a: ArrayLike, q: ArrayLike, damping: ArrayLike = 0.0) -> PeriodicSys
 
     given = {"a": a, "q": q, "damping": damping}
     parameters = {name: np.asarray(value, float) for name, value in given.items()}
-    equation = Equation(build=build, parameters=parameters)
+    equation = Equation(build=build, parameters=parameters, key="mathieu")
     return PeriodicSystem(period=math.pi, equation=equation, coordinates=("y",), name="mathieu")
 
 

@@ -14,14 +14,17 @@ plus an allowance for rounding.
 
 from __future__ import annotations
 
+import numpy as np
+
 from ..errors import ParameterError
 from ..periodic import PeriodicSystem
 from .factors import factor_map
-from .hill import hill_form, hill_map
+from .form import hill_form
+from .hill import hill_map
 from .panels import EPS, LADDER, ROUNDING
 from .result import Method, PeriodMap
 
-__all__ = ["EPS", "ROUNDING", "Method", "PeriodMap", "hill_form", "period_map"]
+__all__ = ["EPS", "ROUNDING", "Method", "PeriodMap", "hill_form", "hill_map", "period_map"]
 
 
 def period_map(system: PeriodicSystem, *, panels: int | None = None) -> PeriodMap:
@@ -34,9 +37,9 @@ def period_map(system: PeriodicSystem, *, panels: int | None = None) -> PeriodMa
     panels : int, optional
         Fix the number of panels a period (for convergence studies); the error says what came of it.
     """
-    if panels is not None and not 1 <= panels <= LADDER[-1]:
+    if panels is not None and not (isinstance(panels, (int, np.integer)) and 1 <= panels <= LADDER[-1]):
         raise ParameterError(
-            "panels", panels, f"{panels} is no number of panels: give 1 to {LADDER[-1]}, or leave it out"
+            "panels", panels, f"{panels!r} is no number of panels: give 1 to {LADDER[-1]}, or leave it out"
         )
     if system.constant:
         raise ParameterError(

@@ -23,7 +23,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..kernels import available
-from ..kernels.grid import cardinals, judged, within, zeros_of
+from ..kernels.grid import cardinals, judged, summed, within, zeros_of
 from ..kernels.hill import EPS
 from ..periodic import PeriodicSystem
 from .hill import hill_map
@@ -38,7 +38,7 @@ Places = NDArray[np.intp]
 FIRST = {1: 24, 2: 24, 3: 16}  # nodes an axis to begin with, for so many axes: most grids need no others
 MOST = 48  # before the axis is cut
 GAIN = 4  # points a node: fewer are as fast solved directly
-LEAST, LEAST_IN_PIECES = 4096, 1024  # points of a box of several axes: an attempt takes as long as solving so many
+LEAST = 4096  # points of a box of several axes: an attempt takes as long as solving so many
 AT_ONCE = 16384  # nodes solved at once, of several places
 RESOLVED = 5e-15  # of the last coefficients, relative to the largest entry on their line: their rounding, at worst
 ROUNDED = 1e-15  # and in the mean, which more nodes are to reach
@@ -62,6 +62,8 @@ class Box:
         :data:`~floquet.kernels.grid.FIELDS` at the nodes.
     units : (b,)
         Lengths that make y' comparable with y.
+    alpha_errors : (b,)
+        Bounds of α between the nodes, beyond the rounding of α itself.
     panels : (b,)
         Of each node.
     """
@@ -71,6 +73,7 @@ class Box:
     weights: tuple[Array, ...]
     values: Array
     units: Array
+    alpha_errors: Array
     panels: NDArray[np.int64]
 
     def at(self, which: Places) -> Box:
@@ -80,6 +83,7 @@ class Box:
             region=self.region.at(which),
             values=self.values[:, which],
             units=self.units[which],
+            alpha_errors=self.alpha_errors[which],
             panels=self.panels[which],
         )
 
@@ -101,7 +105,6 @@ def _boxes(region: Region, counts: tuple[int, ...], attempts: int, least: int) -
     if region.points < max(least, GAIN * math.prod(counts)) or not region.long:
         return
     tried = Attempt(region, counts)
-    least = min(least, tried.least)
     for verdict, which in tried.verdicts():
         some = region.at(which)
         if verdict is None:
@@ -134,7 +137,7 @@ class Attempt:
         self.good = np.all(np.isfinite(rows), axis=(0, 2)) & np.all(rows[7] == 0.0, axis=1)
         self.direct, rows = np.split(np.where(self.good[:, None], rows, 0.0), [spots], axis=2)
         units = _units(rows)
-        alpha = np.asarray(phi.mean).reshape(b, -1)[:, spots:]
+        self.direct_alpha, alpha = np.split(np.asarray(phi.mean).reshape(b, -1), [spots], axis=1)
         values = np.stack([*rows[:4], _quarters(rows, units[:, None]), alpha, rows[4]])
         self.values = values.reshape(-1, b, *counts)
         self.box = Box(
@@ -143,6 +146,7 @@ class Attempt:
             weights=tuple(_weights(x) for x in self.nodes),
             values=np.concatenate([self.values[:-1], self._bound(region)[None]]),
             units=units,
+            alpha_errors=self._alpha_errors(region),
             panels=phi.panels.reshape(b, -1).max(axis=1).astype(np.int64),
         )
 
@@ -154,11 +158,17 @@ class Attempt:
             bound = bound + _tail(_coefficients(tau, k), 2.0 * axis.slack / (x[-1] - x[0]), k)
         return np.asarray(bound)
 
-    @property
-    def least(self) -> int:
-        """Points worth nodes: fewer where they take long."""
-        assert self.system.stiffness is not None
-        return LEAST if self.system.stiffness.edges is None else LEAST_IN_PIECES
+    def _alpha_errors(self, region: Region) -> Array:
+        """Of α at the nodes and on the lines through them, times the most that weights of nodes add up to."""
+        alpha = self.values[5]
+        largest = np.abs(alpha).reshape(len(alpha), -1).max(axis=1)
+        error, weights = 4.0 * EPS * largest, 1.0
+        for k, (axis, x) in enumerate(zip(region.grid.axes, self.nodes, strict=True), start=1):
+            tail = _tail(_coefficients(alpha, k), 2.0 * axis.slack / (x[-1] - x[0]), k)
+            error = error + tail.reshape(len(alpha), -1).max(axis=1)
+            between = np.concatenate([region.values[k - 1][[0, -1]], 0.5 * (x[1:] + x[:-1])])
+            weights *= 1.1 * np.abs(cardinals(between, x, _weights(x))).sum(axis=1).max()
+        return np.asarray(weights * error)
 
     def verdicts(self) -> Iterator[tuple[Verdict, Places]]:
         """What comes of the places, those of one kind together."""
@@ -216,12 +226,12 @@ class Attempt:
         signed, bound = box.values[:-1], box.values[-1:]
         for k, (x, i) in enumerate(zip(box.region.values, self.spots, strict=True)):
             e = cardinals(x[i], box.nodes[k], box.weights[k])
-            along = "sa,fbsa...->fbs..." if k else "sa,fba...->fbs..."
-            signed, bound = np.einsum(along, e, signed), np.einsum(along, np.abs(e), bound)
+            signed, bound = _at_spots(e, signed, first=not k), _at_spots(np.abs(e), bound, first=not k)
         m, quarters, tau_error = tuple(signed[:4]), signed[4], bound[0]
         D, b = judged(m, tau_error)
         zeros, certain = zeros_of(m, quarters, box.units[:, None])
         near = np.abs(0.5 * (m[0] + m[3]) - 0.5 * (rows[0] + rows[3])) <= tau_error + rows[4]
+        near &= np.abs(signed[5] - self.direct_alpha) <= box.alpha_errors[:, None]
         return np.all(near & (np.abs(D - rows[8]) <= b + rows[5]) & ((zeros == rows[6]) | ~certain), axis=1)
 
     @property
@@ -231,8 +241,7 @@ class Attempt:
         tau, bound = 0.5 * (box.values[0] + box.values[3]), box.values[6]
         for k, (x, weights) in enumerate(zip(box.nodes, box.weights, strict=True), start=1):
             e = cardinals(0.5 * (x[1:] + x[:-1]), x, weights)
-            tau = np.moveaxis(np.tensordot(e, tau, axes=(1, k)), 0, k)
-            bound = np.moveaxis(np.tensordot(np.abs(e), bound, axes=(1, k)), 0, k)
+            tau, bound = np.moveaxis(summed(e, tau, k), 0, k), np.moveaxis(summed(np.abs(e), bound, k), 0, k)
         D, b = tau * tau - 1.0, (2.0 * np.abs(tau) + bound) * bound
         wide = [~within(D, b, bound, most, self.system.period).reshape(len(D), -1) for most, _ in ROUGH]
         return np.any(
@@ -280,6 +289,16 @@ def _quarters(rows: Array, unit: Array) -> Array:
     return np.asarray(omega / (0.5 * math.pi))
 
 
+def _at_spots(e: Array, values: Array, *, first: bool) -> Array:
+    """Fields (f, b, s, …) at spots from those at an axis' nodes, (f, b, m, …) or, after the first, (f, b, s, m, …)."""
+    if first:
+        return np.moveaxis(summed(e, values, 2), 0, 2)
+    total = np.zeros((*values.shape[:3], *values.shape[4:]))
+    for j in range(e.shape[1]):
+        total += e[:, j].reshape(-1, *[1] * (values.ndim - 4)) * values[:, :, :, j]
+    return total
+
+
 # ---------------------------------------------------------------------- polynomials on a line of nodes
 def _nodes(a: float, b: float, m: int) -> Array:
     """Zeros of Chebyshev's m-th polynomial on [a, b], ascending."""
@@ -304,7 +323,7 @@ def _transform(m: int) -> Array:
 
 def _coefficients(values: Array, k: int) -> Array:
     """Along axis k, (m_k, other axes)."""
-    return np.tensordot(_transform(values.shape[k]), values, axes=(1, k))
+    return summed(_transform(values.shape[k]), values, k)
 
 
 def _wanted(sizes: Array) -> NDArray[np.int64]:
@@ -329,5 +348,5 @@ def _tail(c: Array, slack: float, k: int) -> Array:
     size = np.abs(c)
     beyond = 2.0 * size[-3:].sum(axis=0)
     if slack:
-        beyond = beyond + slack * np.tensordot(np.arange(len(c)) ** 2.0, size, axes=1)
+        beyond = beyond + slack * summed(np.arange(float(len(c)))[None] ** 2, size, 0)[0]
     return np.asarray(np.expand_dims(beyond, k))

@@ -27,6 +27,7 @@ Index = NDArray[np.intp]
 
 LADDER = np.array(sorted({k << n for k in (4, 5, 6, 7) for n in range(11)} | {1, 2, 3}))  # numbers of panels
 MOST = 8.0  # times the first number: what is smooth is resolved by then, other places need kinks declared
+HOPELESS = 16.0  # times fewer panels than wanted: the estimates of errors are of no series that falls
 CASES_AT_ONCE = 4096  # 4 MB of coefficients
 
 
@@ -125,6 +126,7 @@ def _refined(solver: Solver, period: float, count: int, panels: int | None) -> t
             group = pending[member.ravel() == kind]
             for some in np.split(group, range(CASES_AT_ONCE, len(group), CASES_AT_ONCE)):
                 maps, errors, times = solver.maps(some, numbers.tolist())
+                _without_bounds(errors, wanted[some] > HOPELESS * numbers.sum())
                 groups.append(Factors(some, maps, errors))
                 used[some] = numbers.sum()
                 again = (times > 1.0) & (rung[some] < last[some])
@@ -133,3 +135,9 @@ def _refined(solver: Solver, period: float, count: int, panels: int | None) -> t
                 rung[some] = np.clip(further, rung[some] + again, last[some])
         pending = pending[:0] if panels else np.concatenate(short)
     return groups, used
+
+
+def _without_bounds(errors: Array, where: NDArray[np.bool_]) -> None:
+    """Errors (blocks, panels, lanes) of some cases are not known."""
+    block, lane = np.divmod(np.flatnonzero(where), errors.shape[-1])
+    errors[block, :, lane] = np.inf

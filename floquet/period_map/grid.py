@@ -1,8 +1,7 @@
 """The points of a tensor grid: between nodes in tiles, directly elsewhere.
 
-Points next to branch points, whose bounds would be above :data:`~floquet.period_map.precise.TOLERANCE`, and points
-whose branch is in doubt are solved directly, in doubles: forty digits would cost more than all other points together.
-Points that no box carries are solved as if there were no grid.
+Points next to branch points, whose bounds would be above :data:`~floquet.period_map.precise.TOLERANCE`, points whose
+branch is in doubt and points that no box carries are solved as if there were no grid.
 """
 
 from __future__ import annotations
@@ -15,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..kernels import available
-from ..kernels.grid import FIELDS, LEFT_OUT, Tile, cardinals, judged, tile_rows
+from ..kernels.grid import FIELDS, LEFT_OUT, Tile, cardinals, tile_rows
 from ..kernels.hill import ROWS
 from ..periodic import PeriodicSystem
 from .chebyshev import Box, boxes, regions
@@ -66,7 +65,10 @@ def _tiles(
 ) -> Iterator[Tile]:
     """Rows at ``x`` of places ``some``, from nodes and weights ``across``."""
     z, column_places = box.region.values[-1], box.region.places()[1][-1]
-    units, panels = (np.broadcast_to(v[some], x.shape) for v in (box.units, box.panels))
+    units, alpha_errors = (
+        np.ascontiguousarray(np.broadcast_to(v[some], x.shape)) for v in (box.units, box.alpha_errors)
+    )
+    panels = np.ascontiguousarray(np.broadcast_to(box.panels[some], x.shape))
     rows = min(len(x), ROWS_A_TILE)
     columns = POINTS_A_TILE // rows
     for i, j in itertools.product(range(0, len(x), rows), range(0, len(z), columns)):
@@ -80,31 +82,23 @@ def _tiles(
             z_weights=box.weights[-1],
             row_places=row_places[i : i + rows],
             column_places=column_places[j : j + columns],
-            units=np.ascontiguousarray(units[i : i + rows]),
-            panels=np.ascontiguousarray(panels[i : i + rows]),
+            units=units[i : i + rows],
+            alpha_errors=alpha_errors[i : i + rows],
+            panels=panels[i : i + rows],
             period=box.region.grid.system.period,
             most=TOLERANCE,
         )
 
 
-def remaining(methods: NDArray[np.int8]) -> list[tuple[Places, bool]]:
-    """What is to be solved directly, by what stands in place of a method: some points and whether nodes carry them."""
-    found = [(np.flatnonzero(methods == code), code == LEFT_OUT) for code in (LEFT_OUT, UNTOUCHED)]
-    return [(index[i : i + DIRECTLY], carried) for index, carried in found for i in range(0, len(index), DIRECTLY)]
+def remaining(methods: NDArray[np.int8]) -> list[Places]:
+    """What is to be solved directly, by what stands in place of a method, some points at a time."""
+    index = np.flatnonzero(methods < 0)
+    return [index[i : i + DIRECTLY] for i in range(0, len(index), DIRECTLY)]
 
 
-def direct_map(system: PeriodicSystem, index: Places, carried: bool) -> PeriodMap:
-    """The map of some cases, an index along all of them.
-
-    Products of large entries are rounded by more than the panels' allowances in one of a million points; det Φ tells.
-    """
-    if not carried:
-        return hill_map(system.part(index), compiled=available())
-    phi = hill_map(system.part(index), precise=False, compiled=available())
-    assert phi.rows is not None
-    m, large = tuple(phi.rows[:4]), np.abs(phi.rows[1] * phi.rows[2]) > 1.0  # else Φ may be near ±I, and D near h²
-    phi.rows[5] = np.where(large, np.maximum(phi.rows[5], judged(m, phi.rows[4])[1]), phi.rows[5])
-    return phi
+def direct_map(system: PeriodicSystem, index: Places) -> PeriodMap:
+    """The map of some cases, an index along all of them, with the last digits that many have."""
+    return hill_map(system.part(index), compiled=available())
 
 
 def grid_map(system: PeriodicSystem) -> PeriodMap:
@@ -119,8 +113,8 @@ def grid_map(system: PeriodicSystem) -> PeriodMap:
             rows[:, places], alpha[places], kept = tile_rows(tile)
             panels[places] = np.repeat(tile.panels, len(tile.z))
             methods[places] = np.where(kept, Method.MAP, LEFT_OUT)
-    for index, carried in remaining(methods):
-        phi = direct_map(system, index, carried)
+    for index in remaining(methods):
+        phi = direct_map(system, index)
         assert phi.rows is not None and phi.methods is not None
         rows[:, index], alpha[index], panels[index], methods[index] = phi.rows, phi.mean, phi.panels, phi.methods
     return PeriodMap(

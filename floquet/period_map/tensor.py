@@ -50,8 +50,8 @@ class Axis:
     slack: float
 
     @staticmethod
-    def of(parameters: Mapping[str, NDArray[Any]], place: int) -> Axis | None:
-        """None if no one parameter tells all others that vary along the axis."""
+    def of(parameters: Mapping[str, NDArray[Any]], place: int, *, alone: bool = False) -> Axis | None:
+        """None if no one parameter tells all others that vary along the axis; ``alone``, wherever on other axes."""
         varying = {name: p for name, p in parameters.items() if p.shape[place] > 1}
         name = next((name for name, p in varying.items() if p.size == p.shape[place]), None)
         if name is None:
@@ -63,6 +63,8 @@ class Axis:
             return None
         length, slack = values[-1] - values[0], 0.0
         for other in (np.moveaxis(p, place, -1) for key, p in varying.items() if key != name):
+            if alone and other.size > len(x):
+                return None
             first, last = other[..., order[:1]], other[..., order[-1:]]
             off, size = np.abs(other - between(first, last, (x - values[0]) / length)).max(), np.abs(other).max()
             if not off <= AFFINE * EPS * size:
@@ -82,7 +84,10 @@ class TensorGrid:
 
     @staticmethod
     def of(system: PeriodicSystem, along: str | None = None) -> TensorGrid | None:
-        """None for what is no scalar equation on a grid that is worth nodes.
+        """None for what is no scalar equation on a grid that is worth nodes, or is in pieces.
+
+        Where pieces meet at places that depend on the parameters, Φ is smooth only between certain values of them, and
+        polynomials fall too slowly beside those for what they leave out to be told from their last coefficients.
 
         ``along`` names the one parameter whose axis is to carry nodes.  What becomes of a point then does not depend on
         how many places there are on the other axes.
@@ -91,13 +96,13 @@ class TensorGrid:
             return None
         shape = system.cases
         parameters = {name: _collapsed(p, len(shape)) for name, p in system.equation.parameters.items()}
-        found = [Axis.of(parameters, k) for k in range(len(shape)) if shape[k] >= SHORTEST]
+        found = [Axis.of(parameters, k, alone=along is not None) for k in range(len(shape)) if shape[k] >= SHORTEST]
         axes = [axis for axis in found if axis is not None and along in (None, axis.parameter)]
-        if along is None and math.prod(shape) < LEAST:
+        if (along is None and math.prod(shape) < LEAST) or not axes or _in_pieces(system):
             return None
         longest = sorted(axes, key=lambda axis: -len(axis.values))[:MOST_AXES]
         chosen = tuple(axis for axis in axes if axis in longest)
-        return TensorGrid(system=system, shape=shape, parameters=parameters, axes=chosen) if chosen else None
+        return TensorGrid(system=system, shape=shape, parameters=parameters, axes=chosen)
 
     def regions(self, together: int) -> Iterator[Region]:
         """All of the grid, so many places on the axes without nodes at a time."""
@@ -107,6 +112,12 @@ class TensorGrid:
         for start in range(0, math.prod(lengths), together):
             places = np.arange(start, min(start + together, math.prod(lengths)))
             yield Region(self, np.stack(np.unravel_index(places, lengths), axis=1), spans)
+
+
+def _in_pieces(system: PeriodicSystem) -> bool:
+    """Whether the coefficients have edges."""
+    stiffness = system.part(np.zeros(1, np.intp)).stiffness
+    return stiffness is not None and stiffness.edges is not None
 
 
 def between(first: Any, last: Any, t: Any) -> Any:

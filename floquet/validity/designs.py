@@ -1,0 +1,189 @@
+"""Rotors along the advance ratio: maps, comparisons, and every boundary between 0 and an end, for many at once.
+
+With the half trace τ of the blade's Hill form over the period T with mean damping -2α::
+
+    lock              |τ| > 1
+    growth            |τ| > cosh αT
+    split of the TPP  the discriminant of its characteristic polynomial changes sign
+
+are levels of smooth functions of μ (analytic, but where reversed flow reaches root or tip), see
+:mod:`floquet.validity.curves` for how every passage is found.  Where a curve only touches its level the discriminant
+D = τ² - 1 in forty digits decides, and windows down to :data:`WIDTH` are told from none.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..comparison import Comparison, Model, compare, eigenvalues, exact_model, simple_model
+from ..errors import ParameterError
+from ..exponents import exponents
+from ..models import PhysicsKeywords, teetering
+from ..models.flapping import blade
+from ..models.physics import HIGHEST
+from ..period_map import PeriodMap, hill_map
+from ..rotor import Rotor
+from .curves import Crossings, Curve, crossings
+
+__all__ = ["WIDTH", "Designs", "Windows"]
+
+Array = NDArray[np.float64]
+Places = NDArray[np.intp]
+WIDTH = 1e-9  # windows narrower than this are not reported
+ROUNDING_OF_EIGENVALUES = 1e-11  # and of the products of their differences, relative to the largest
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Windows:
+    """Locks of many rotors: ``case`` (w,), ``enter`` and ``leave`` (w,) in μ, ``per_rev`` (w,), in order.
+
+    enter = 0.0: locked in hover; leave = inf: still locked at the end.
+    """
+
+    case: Places
+    enter: Array
+    leave: Array
+    per_rev: Array
+
+    def of(self, case: int) -> list[tuple[float, float, float]]:
+        """(enter, leave, per_rev) of one rotor."""
+        i = self.case == case
+        return list(zip(*(x[i].tolist() for x in (self.enter, self.leave, self.per_rev)), strict=True))
+
+
+class Designs:
+    """The cases of a rotor, along one axis, from μ = 0 to ``mu_max``."""
+
+    def __init__(self, rotor: Rotor, mu_max: float, model: Model | None, options: PhysicsKeywords) -> None:
+        if not (isinstance(mu_max, (int, float, np.number)) and 0 < mu_max <= HIGHEST):
+            raise ParameterError(
+                "mu_max",
+                mu_max,
+                f"{mu_max!r} is no end of the search: give an advance ratio above 0, {HIGHEST:g} at most",
+            )
+        self.rotor, self.mu_max, self.options = rotor, float(mu_max), options
+        self.model: Model = exact_model(rotor, model)
+        self.count = math.prod(rotor.shape)
+
+    def at(self, case: Places) -> Rotor:
+        """The rotors of some cases; parameters that all have in common stay single numbers."""
+        shape = self.rotor.shape
+        return self.rotor.mapped(lambda v: v if np.ndim(v) == 0 else np.broadcast_to(v, shape).ravel()[case])
+
+    def part(self, start: int, stop: int) -> Designs:
+        """Some of them."""
+        return Designs(self.at(np.arange(start, min(stop, self.count))), self.mu_max, self.model, self.options)
+
+    # ------------------------------------------------------------------ functions of case and μ
+    def map(self, case: Places, mu: Array, *, precise: bool = True) -> PeriodMap:
+        """Of the exact rotors."""
+        one = (teetering if self.model == "teetering" else blade)(self.at(case), mu, **self.options)
+        return hill_map(one, precise=precise)
+
+    def comparison(self, case: Places, mu: Array) -> Comparison:
+        """Of exact and simple rotors."""
+        return compare(self.at(case), mu, model=self.model, **self.options)
+
+    def locks(self, case: Places, mu: Array) -> Array:
+        """ρ of the lock, nan outside."""
+        return np.atleast_1d(exponents(self.map(case, mu)).lock)
+
+    def _half_trace(self, case: Places, mu: Array) -> Array:
+        return self.map(case, mu, precise=False).half_trace
+
+    def _beyond_one(self, level: float) -> Curve:
+        """τ less ±1, from D."""
+
+        def beyond(case: Places, mu: Array) -> Array:
+            phi = self.map(case, mu)
+            return np.asarray(phi.discriminant / (phi.half_trace + level))
+
+        return beyond
+
+    def _growth(self, case: Places, mu: Array) -> Array:
+        """τ over its value at the onset of growth."""
+        phi = self.map(case, mu, precise=False)
+        return np.asarray(phi.half_trace / np.cosh(phi.mean * phi.period))
+
+    def _beyond_onset(self, level: float) -> Curve:
+        def beyond(case: Places, mu: Array) -> Array:
+            phi = self.map(case, mu)
+            neutral = np.cosh(phi.mean * phi.period)
+            excess = phi.discriminant - np.sinh(phi.mean * phi.period) ** 2
+            return np.asarray(excess / (phi.half_trace + level * neutral) / neutral)
+
+        return beyond
+
+    def _splitting(self, case: Places, mu: Array) -> Array:
+        """Π (s_i - s_j)² of the simple model's eigenvalues: real, negative for an odd number of complex pairs."""
+        roots = eigenvalues(simple_model(self.at(case), mu, model=self.model, **self.options))
+        i, j = np.triu_indices(roots.shape[-1], 1)
+        return np.asarray(np.prod(roots[..., i] - roots[..., j], axis=-1) ** 2).real
+
+    # ------------------------------------------------------------------ boundaries
+    def ranges(self) -> tuple[Places, Array, Array]:
+        """Where the functions of μ are smooth: case, start and stop.  Reversed flow has kinks at root and tip."""
+        everyone = np.arange(self.count)
+        ends = [np.zeros(self.count), np.full(self.count, self.mu_max)]
+        if self.options.get("reversed_flow", False):
+            rotor = self.at(everyone)
+            root = np.broadcast_to(np.maximum(rotor.hinge_offset, rotor.root_cutout), self.count)
+            tip = np.full(self.count, float(self.options.get("tip_loss", 1.0)))
+            ends[1:1] = [np.minimum(root, self.mu_max), np.minimum(tip, self.mu_max)]
+        case = np.tile(everyone, len(ends) - 1)
+        start, stop = np.concatenate(ends[:-1]), np.concatenate(ends[1:])
+        there = stop > start
+        return case[there], start[there], stop[there]
+
+    def _passages(
+        self, curve: Curve, levels: tuple[float, ...], exact: Callable[[float], Curve], **given: float
+    ) -> Crossings:
+        end = curve(np.arange(self.count), np.full(self.count, self.mu_max))
+        if not np.all(np.isfinite(end)):
+            gamma = float(np.broadcast_to(self.rotor.lock_number, self.rotor.shape).ravel()[~np.isfinite(end)][0])
+            raise ParameterError(
+                "lock_number",
+                gamma,
+                f"{gamma:g} is beyond what doubles hold up to μ = {self.mu_max:g}: the period map overflows",
+            )
+        case, start, stop = self.ranges()
+        return crossings(curve, start, stop, levels, case=case, exact=exact, least=WIDTH, **given)
+
+    def windows(self) -> Windows:
+        """Every lock."""
+        found = self._passages(self._half_trace, (1.0, -1.0), self._beyond_one)
+        everyone = np.arange(self.count)
+        case = np.concatenate([everyone, found.case, everyone])
+        edge = np.concatenate([np.zeros(self.count), found.x, np.full(self.count, self.mu_max)])
+        order = np.lexsort((edge, case))
+        case, edge = case[order], edge[order]
+        inner = (case[:-1] == case[1:]) & (edge[1:] - edge[:-1] > WIDTH)
+        case, enter, leave = case[:-1][inner], edge[:-1][inner], edge[1:][inner]
+        rho = self.locks(case, 0.5 * (enter + leave))
+        locked = ~np.isnan(rho)
+        case, enter, leave, rho = (x[locked] for x in (case, enter, leave, rho))
+        joined = (case[1:] == case[:-1]) & (enter[1:] == leave[:-1]) & (rho[1:] == rho[:-1])  # no edge after all
+        first, last = np.append(True, ~joined)[: len(case)], np.append(~joined, True)[: len(case)]
+        leave = leave[last]
+        leave = np.where(leave == self.mu_max, math.inf, leave)
+        return Windows(case=case[first], enter=enter[first], leave=leave, per_rev=rho[first])
+
+    def onsets(self) -> Array:
+        """The first μ with growth (n,): 0.0 if already in hover, inf if there is none."""
+        everyone = np.arange(self.count)
+        out = np.full(self.count, math.inf)
+        found = self._passages(self._growth, (1.0, -1.0), self._beyond_onset)
+        case, first = np.unique(found.case, return_index=True)
+        out[case] = found.x[first]
+        phi = self.map(everyone, np.zeros(self.count))
+        out[phi.discriminant > np.sinh(phi.mean * phi.period) ** 2] = 0.0
+        return out
+
+    def splits(self) -> Crossings:
+        """Every μ where a pair of the simple model's eigenvalues splits on the real axis or merges again."""
+        return self._passages(self._splitting, (0.0,), lambda _: self._splitting, rounding=ROUNDING_OF_EIGENVALUES)
