@@ -39,7 +39,7 @@ Inputs of a rotor (controls, inflow, body motion) have names and units in :mod:`
 Reading order, which is the order in which data flow (nothing imports against it)::
 
     errors, tomlfile, rotorfile, rotor → verdict → periodic → models → kernels → collocation → period_map → passage
-                            → koopman → certify → exponents → modes → comparison
+                            → koopman → certify → exponents → modes → comparison → sensitivity → tracking
                             → validity → response → decoupling
                             → sweep → families → chunks → store → studyfile → study → export → query
                             → plot → report → exhibits → cli
@@ -63,7 +63,9 @@ if TYPE_CHECKING:
     from floquet.query import open_database
     from floquet.response import periodic_response, reduced_order, steady_state, step_response
     from floquet.rotor import Hub, Rotor, load_rotor
+    from floquet.sensitivity import sensitivities
     from floquet.sweep import sweep
+    from floquet.tracking import track
     from floquet.validity import instability_onset, lock_windows, validity_intervals, validity_limit
 
 __version__ = "0.1.0"
@@ -72,6 +74,7 @@ __all__ = [
     "Rotor", "Hub", "load_rotor",
     "PeriodicSystem", "flapping", "teetering", "multiblade", "tip_path_plane", "averaged", "hover_modes",
     "stability", "compare", "validity_limit", "validity_intervals", "lock_windows", "instability_onset",
+    "sensitivities", "track",
     "steady_state", "periodic_response", "step_response", "reduced_order", "control_mixing", "rate_feedback",
     "sweep", "open_database",
 ]  # fmt: skip
@@ -85,6 +88,7 @@ _HOME = {
     "compare": "comparison",
     "validity_limit": "validity", "validity_intervals": "validity", "lock_windows": "validity",
     "instability_onset": "validity",
+    "sensitivities": "sensitivity", "track": "tracking",
     "steady_state": "response", "periodic_response": "response", "step_response": "response",
     "reduced_order": "response",
     "control_mixing": "decoupling", "rate_feedback": "decoupling",

@@ -15,6 +15,7 @@ from __future__ import annotations
 
 import math
 from collections import Counter
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -25,7 +26,7 @@ from .exponents import stability
 from .passage import passage
 from .periodic import PeriodicSystem
 
-__all__ = ["Modes", "modes"]
+__all__ = ["Modes", "characters", "modes", "numbered", "paired"]
 
 Complex = NDArray[np.complex128]
 STEPS = 64  # azimuths of the eigenvectors: harmonics up to 31 a span, far above any model's
@@ -81,7 +82,7 @@ def modes(system: PeriodicSystem) -> Modes:
     values, V = np.linalg.eig((twist[:, None] * states[half]).astype(complex))
     found = stability(system)
     eta = np.asarray(found.exponents)
-    order = _paired(eta, np.log(values) / T, 2.0 * math.pi / T)
+    order = paired(eta, np.log(values) / T, 2.0 * math.pi / T)
     p = np.einsum("kij,jm->mki", states, V[:, order]) * np.exp(-eta[:, None] * psi)[:, :, None]
     p /= np.sqrt(np.mean(np.sum(np.abs(p[:, :-1]) ** 2, axis=-1), axis=-1))[:, None, None]
     q = p[:, :-1, : system.degrees]
@@ -93,7 +94,7 @@ def modes(system: PeriodicSystem) -> Modes:
     lifted = eta + 1j * frequencies[[h for _, h in dominant]]
     names = [_name(system.coordinates, int(i), int(h), lifted[m].imag, c[m]) for m, (i, h) in enumerate(dominant)]
     return Modes(
-        names=_numbered(names),
+        names=numbered(names),
         exponents=lifted,
         exponent_errors=np.asarray(found.exponent_errors),
         azimuths=psi[:-1],
@@ -104,12 +105,25 @@ def modes(system: PeriodicSystem) -> Modes:
     )
 
 
-def _paired(eta: Complex, found: Complex, strip: float) -> NDArray[np.intp]:
-    """Which eigenvector belongs to which exponent."""
+def characters(system: PeriodicSystem, exponents: Complex, vectors: Complex) -> tuple[str, ...]:
+    """Names of the modes of a constant system from its eigenvectors (states, modes), "" for other coordinates.
+
+    (a₀, a₁, b₁) are multiblade coordinates.
+    """
+    known = {"a_0": "beta_0", "a_1": "beta_1c", "b_1": "beta_1s"}
+    places = tuple(known.get(name, name) for name in system.coordinates)
+    q = vectors[: system.degrees].T[:, None, :]
+    dominant = np.argmax(np.abs(q[:, 0]), axis=-1)
+    return tuple(_name(places, int(i), 0, eta.imag, c) for i, eta, c in zip(dominant, exponents, q, strict=True))
+
+
+def paired(eta: Complex, found: Complex, strip: float) -> NDArray[np.intp]:
+    """Which of ``found`` belongs to which exponent, modulo i·strip (inf: as they are)."""
     from scipy.optimize import linear_sum_assignment
 
     d = eta[:, None] - found[None, :]
-    return np.asarray(linear_sum_assignment(np.hypot(d.real, d.imag - strip * np.round(d.imag / strip)))[1])
+    turns = strip * np.round(d.imag / strip) if math.isfinite(strip) else 0.0
+    return np.asarray(linear_sum_assignment(np.hypot(d.real, d.imag - turns))[1])
 
 
 def _name(coordinates: tuple[str, ...], i: int, h: int, omega: float, c: Complex) -> str:
@@ -130,7 +144,7 @@ def _name(coordinates: tuple[str, ...], i: int, h: int, omega: float, c: Complex
     return ("advancing" if forward else "regressing") + ("" if n == 1 else f"-{n}")
 
 
-def _numbered(names: list[str]) -> tuple[str, ...]:
+def numbered(names: Sequence[str]) -> tuple[str, ...]:
     """Names, with "mode k" where there is none."""
     counts: Counter[str] = Counter()
     out = []

@@ -18,12 +18,19 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from .collocation import Rule, first_order_panel, gauss_rule, second_order_panel
+from .collocation import (
+    Rule,
+    first_order_nodes,
+    first_order_panel,
+    gauss_rule,
+    second_order_nodes,
+    second_order_panel,
+)
 from .errors import ParameterError
 from .period_map import EPS, ROUNDING
 from .periodic import PeriodicMatrix, PeriodicSystem
 
-__all__ = ["Passage", "passage"]
+__all__ = ["Nodes", "Passage", "passage", "through_nodes"]
 
 Array = NDArray[np.float64]
 DOUBLES = 2**22  # of the systems of equations that are solved at once: 32 MB
@@ -108,7 +115,7 @@ def passage(
     fine, less = RULES[-1] if system.function is not None else _nodes(size * float(half.max()))
     rule = gauss_rule(less if coarse else fine)
     psi = centre[..., None] + half[..., None] * rule.nodes  # (cases or none, panels, p)
-    parts = [_sampled(part, psi, cases) for part in _parts(system, forcing)]
+    parts = [sampled(part, psi, cases) for part in _parts(system, forcing)]
     h = np.broadcast_to(half, (*cases, half.shape[-1])).reshape(-1)
     maps = _mapped(system.second_order, parts, h, rule).reshape(*cases, psi.shape[-2], system.states, -1)
     outputs = (
@@ -118,6 +125,43 @@ def passage(
     )
     n = system.states
     return Passage(maps[..., :n], maps[..., n:], outputs)
+
+
+@dataclass(frozen=True, eq=False)
+class Nodes:
+    """The motion at Gauss nodes of all panels, for integrals along it.
+
+    Attributes
+    ----------
+    azimuths, weights : (cases or none, panels, p)
+        ∫ f dψ is the sum of weights · f(azimuths).
+    within : (..., panels, p, n, n)
+        Φ from the start of a panel to its nodes.
+    transitions : (..., panels, n, n)
+        Φ from the start of a panel to its end.
+    """
+
+    azimuths: Array
+    weights: Array
+    within: Array
+    transitions: Array
+
+
+def through_nodes(system: PeriodicSystem, last: float) -> Nodes:
+    """The motion of ``system`` from 0 to ``last`` at nodes where polynomials of it are exact to rounding."""
+    cases, (D, A, _) = system.cases, _parts(system, None)
+    points = _panel_ends(system, None, np.array([0.0, last]), _largest(system, None))
+    centre, half = 0.5 * (points[..., 1:] + points[..., :-1]), 0.5 * np.diff(points, axis=-1)
+    rule = gauss_rule(RULES[-1][0])
+    psi, h = centre[..., None] + half[..., None] * rule.nodes, np.broadcast_to(half, (*cases, half.shape[-1])).ravel()
+    samples = sampled(A, psi, cases)
+    assert samples is not None
+    maps = (
+        second_order_nodes(sampled(D, psi, cases), samples, h, rule)
+        if system.second_order
+        else first_order_nodes(samples, h, rule)
+    ).reshape(*cases, *psi.shape[-2:-1], len(rule.nodes) + 1, system.states, system.states)
+    return Nodes(psi, half[..., None] * rule.weights, maps[..., :-1, :, :], maps[..., -1, :, :])
 
 
 def _size(E: Array) -> Array:
@@ -142,8 +186,8 @@ def _parts(system: PeriodicSystem, forcing: PeriodicMatrix | None) -> tuple[Part
     return None, system.matrix if system.matrix is not None else system.function, forcing
 
 
-def _sampled(part: Part, psi: Array, cases: tuple[int, ...]) -> Array | None:
-    """Samples (cases · panels, p, n, m)."""
+def sampled(part: Part, psi: Array, cases: tuple[int, ...]) -> Array | None:
+    """Samples (cases · panels, p, n, m) of a part at nodes ψ (cases or none, panels, p)."""
     if part is None:
         return None
     flat = psi.reshape(*psi.shape[:-2], -1)

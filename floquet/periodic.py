@@ -36,6 +36,7 @@ Array = NDArray[np.float64]
 TWO_PI = 2.0 * math.pi
 PI = Fraction("3.14159265358979323846264338327950288419716939937510582097494")
 ENTRYWISE = 64  # cases from which products entry by entry are faster than small matrix products
+IMAGINARY = 2.0**-300  # a step whose square is far below the last bit of anything
 
 
 @dataclass(frozen=True, eq=False)
@@ -68,7 +69,7 @@ class PeriodicMatrix:
     def harmonic(order: int, cosine: ArrayLike, sine: ArrayLike, period: float = TWO_PI) -> PeriodicMatrix:
         """``cosine cos(order ω ψ) + sine sin(order ω ψ)`` for matrices (..., n, m) and order ≥ 1."""
         c, s = np.broadcast_arrays(*_alike(_numbers(cosine), _numbers(sine)))
-        out = _zeros(c.shape[:-2], (1, 2 * order + 1, *c.shape[-2:]), c.dtype)
+        out = _zeros(c.shape[:-2], (1, 2 * order + 1, *c.shape[-2:]), np.result_type(c, s))
         out[..., 0, 2 * order - 1, :, :], out[..., 0, 2 * order, :, :] = c, s
         return PeriodicMatrix(out, period)
 
@@ -86,7 +87,8 @@ class PeriodicMatrix:
         rows[1 : 2 * len(cosines) : 2] = [_numbers(c) for c in cosines]
         rows[2 : 2 * len(sines) + 1 : 2] = [_numbers(s) for s in sines]
         rows = _alike(*rows)
-        out = _zeros(np.broadcast_shapes(*(r.shape for r in rows)), (1, 2 * order + 1, 1, 1), rows[0].dtype)
+        shape = np.broadcast_shapes(*(r.shape for r in rows))
+        out = _zeros(shape, (1, 2 * order + 1, 1, 1), np.result_type(*rows))
         for n, row in enumerate(rows):
             out[..., 0, n, 0, 0] = row
         return PeriodicMatrix(out, period)
@@ -189,6 +191,10 @@ class PeriodicMatrix:
             edges = np.broadcast_to(edges, (*cases, edges.shape[-1])).reshape(count, edges.shape[-1])
         return replace(self, coefficients=c, edges=edges)
 
+    def spread(self, cases: tuple[int, ...]) -> PeriodicMatrix:
+        """The same matrix for all of ``cases``, a view."""
+        return replace(self, coefficients=np.broadcast_to(self.coefficients, cases + self.coefficients.shape[-4:]))
+
     def exact(self) -> PeriodicMatrix:
         """The same matrix with its coefficients as fractions."""
         return replace(self, coefficients=fractions(self.coefficients))
@@ -200,7 +206,7 @@ class PeriodicMatrix:
         if long.shape[-3] == short.shape[-3]:
             return replace(a, coefficients=long + short)
         shape = np.broadcast_shapes(long.shape[:-3], short.shape[:-3])
-        out = _zeros(shape[:-1], (shape[-1], *long.shape[-3:]), long.dtype)
+        out = _zeros(shape[:-1], (shape[-1], *long.shape[-3:]), np.result_type(long, short))
         out[...] = long
         out[..., : short.shape[-3], :, :] += short
         return replace(a, coefficients=out)
@@ -343,9 +349,9 @@ class PeriodicMatrix:
 
 
 def _numbers(value: ArrayLike) -> NDArray[Any]:
-    """Doubles, or exact numbers as they are."""
+    """Doubles, or exact or complex numbers as they are."""
     array = np.asarray(value)
-    return array if array.dtype == object else array.astype(float, copy=False)
+    return array if array.dtype.kind in "Oc" else array.astype(float, copy=False)
 
 
 def fractions(values: NDArray[Any]) -> NDArray[Any]:
@@ -585,6 +591,23 @@ class Equation:
     def exact(self) -> tuple[PeriodicMatrix, PeriodicMatrix]:
         """D and K of all cases with their coefficients as fractions, for the parameters as they are."""
         return self.build({name: fractions(v) for name, v in self.parameters.items()})
+
+    def rates(self, directions: Sequence[Mapping[str, ArrayLike]]) -> tuple[PeriodicMatrix, PeriodicMatrix]:
+        """Rates of D and K as the parameters move, (directions, ..., pieces, 2H+1, n, m).
+
+        Each direction gives the rate of every parameter that moves, a number or one a case.  The models are analytic
+        in their parameters, so that an imaginary step h leaves h times the rate as the imaginary part: no difference is
+        taken, and h² is below the last bit.
+        """
+        cases, count = self.cases, len(directions)
+        values: dict[str, NDArray[Any]] = {}
+        for name, value in self.parameters.items():
+            moving = np.stack([np.broadcast_to(np.asarray(d.get(name, 0.0), float), cases) for d in directions])
+            own = np.broadcast_to(value, cases) if np.any(moving) else value
+            values[name] = own + (IMAGINARY * 1j) * moving if np.any(moving) else np.asarray(own, complex)
+        found = self.build(values)
+        D, K = (replace(m, coefficients=np.asarray(m.coefficients, complex).imag / IMAGINARY) for m in found)
+        return D.spread((count, *cases)), K.spread((count, *cases))
 
 
 def _some(value: NDArray[Any], shape: tuple[int, ...], index: Index) -> NDArray[Any]:

@@ -8,7 +8,16 @@ import numpy as np
 import pytest
 import scipy.linalg
 
-from floquet.collocation import first_order_panel, gauss_rule, second_order_panel
+from floquet.collocation import (
+    first_order_nodes,
+    first_order_panel,
+    gauss_rule,
+    second_order_nodes,
+    second_order_panel,
+)
+from floquet.models import flapping
+from floquet.passage import passage, through_nodes
+from floquet.rotor import Rotor
 
 
 @pytest.mark.parametrize("p", [2, 3, 6, 12, 16])
@@ -57,6 +66,36 @@ def test_second_order_is_first_order_of_the_state() -> None:
     np.testing.assert_allclose(
         second_order_panel(D[None], K[None], *args), first_order_panel(A[None], *args), atol=1e-12
     )
+
+
+def test_nodes_and_end() -> None:
+    """Of constant matrices the exponential at every node; the end is the panel's."""
+    rng = np.random.default_rng(6)
+    n, p, h, rule = 2, 16, 0.25, gauss_rule(16)
+    D, K, A = rng.normal(size=(n, n)), rng.normal(size=(n, n)), np.zeros((2 * n, 2 * n))
+    A[:n, n:], A[n:, :n], A[n:, n:] = np.eye(n), -K, -D
+    samples = [np.broadcast_to(m, (1, p, *m.shape)) for m in (D, K, A)]
+    second = second_order_nodes(*samples[:2], np.array([h]), rule)[0]
+    first = first_order_nodes(samples[2], np.array([h]), rule)[0]
+    for k, x in enumerate([*rule.nodes, 1.0]):
+        expected = scipy.linalg.expm(h * (1.0 + x) * A)
+        np.testing.assert_allclose(second[k], expected, atol=1e-13)
+        np.testing.assert_allclose(first[k], expected, atol=1e-13)
+    np.testing.assert_array_equal(second[-1], second_order_panel(*samples[:2], np.array([h]), rule)[0])
+
+
+@pytest.mark.parametrize("reversed_flow", [False, True])
+def test_nodes_of_a_period(reversed_flow: bool) -> None:
+    """Φ at the nodes is that of a passage to them, and the weights integrate: ∫ sin² = π."""
+    system = flapping(Rotor(lock_number=9.0, hinge_offset=0.05), 0.8, reversed_flow=reversed_flow)
+    nodes = through_nodes(system, 2.0 * math.pi)
+    assert np.sum(nodes.weights * np.sin(nodes.azimuths) ** 2) == pytest.approx(math.pi, rel=1e-14)
+    k, before = len(nodes.transitions) // 2, np.eye(2)
+    for F in nodes.transitions[:k]:
+        before = F @ before
+    for j in (0, 7, 15):
+        direct = passage(system, np.array([0.0, nodes.azimuths[k, j]])).fundamental()[-1]
+        np.testing.assert_allclose(nodes.within[k, j] @ before, direct, atol=1e-13)
 
 
 def test_a_panel_without_length_is_the_identity() -> None:

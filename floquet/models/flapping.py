@@ -114,7 +114,8 @@ class _Blade:
         cutout = values["root_cutout"]
         self.tip, self.root, self.exact = values["tip_loss"], self.offset, np.asarray(physics.exact_offset)
         if np.any(cutout):
-            self.root, self.exact = np.maximum(self.offset, cutout), self.exact | (cutout > self.offset)
+            outboard = np.real(cutout) > np.real(self.offset)  # parameters with rates have them as imaginary parts
+            self.root, self.exact = np.where(outboard, cutout, self.offset)[()], self.exact | outboard
 
     def equation(self) -> tuple[PeriodicMatrix, PeriodicMatrix]:
         """d and k."""
@@ -195,7 +196,7 @@ class _Blade:
         Doubles even for exact parameters: where the pieces meet their values and slopes agree, so that a shift of eps
         changes the motion by eps² at most.
         """
-        mu, root, tip = np.broadcast_arrays(*(np.asarray(x, float) for x in (self.mu, self.root, self.tip)))
+        mu, root, tip = np.broadcast_arrays(*(np.asarray(np.real(x), float) for x in (self.mu, self.root, self.tip)))
         root_angle, tip_angle = (np.arcsin(np.divide(r, mu, out=np.ones(mu.shape), where=mu > r)) for r in (root, tip))
         zero = np.zeros(mu.shape)
         pi, turn = zero + math.pi, zero + TWO_PI

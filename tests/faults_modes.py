@@ -1,0 +1,52 @@
+"""The faults that ``make mutants`` injects into rates of exponents and the tracking of modes."""
+
+from __future__ import annotations
+
+from tests.faults import Mutant
+
+__all__ = ["MODES"]
+
+RATES, MADE = "floquet/sensitivity.py", "tests/test_sensitivity.py"
+sensitivity = (
+    Mutant("rates of τ without the damping's", RATES,
+           "tau = total(k * M[..., 0, 1] + 0.5 * d", "tau = total(k * M[..., 0, 1] + 0.0 * d", MADE),
+    Mutant("a pair's rates change places", RATES, "np.where(phi_21 < 0.0, 1.0j, -1.0j)", "1.0j", MADE),
+    Mutant("rates of odd locks change places", RATES, "np.where(tau > 0.0, 1.0, -1.0)", "1.0", MADE),
+    Mutant("m does not follow ε", RATES,
+           'moves["hinge_offset"]["offset_mass_ratio"] = rotor.static_moment_ratio', "pass", MADE),
+    Mutant("M is not carried to the nodes", RATES,
+           "part(N) @ M[..., None, :, :] @ part(_inverse(N))", "M[..., None, :, :] + 0.0 * part(N)", MADE),
+    Mutant("rates without the twist", RATES,
+           "np.diag(np.ones(n) if system.twist is None else system.twist)", "np.eye(n)", MADE),
+    Mutant("left modes taken for right ones", RATES,
+           "left, w = np.linalg.inv(right),", "left, w = np.conj(np.swapaxes(right, -1, -2)),", MADE),
+    Mutant("modes that meet are trusted", RATES, "norm / gap)", "0.0 / gap)", MADE),
+    Mutant("the error of D forgotten", RATES, "+ np.abs(part) * relative +", "+", MADE),
+    Mutant("constants of the plane have rates", RATES, "constant(x[i] - y)", "constant(x[i])", MADE),
+    Mutant("a cutout at the hinge counts", "floquet/models/flapping.py",
+           "np.real(cutout) > np.real(self.offset)", "np.real(cutout) >= np.real(self.offset)", MADE),
+)  # fmt: skip
+TRACKS, FOLLOWED = "floquet/tracking.py", "tests/test_tracking.py"
+tracking = (
+    Mutant("C without the left modes", TRACKS,
+           "(a.left @ b.right) * (b.left @ a.right).T", "(a.right.T @ b.right) * (b.right.T @ a.right).T", FOLLOWED),
+    Mutant("modes change places in locks", TRACKS,
+           "swap = C[i, x] + C[j, y] < C[i, y] + C[j, x]", "swap = C[i, x] + C[j, y] > C[i, y] + C[j, x]", FOLLOWED),
+    Mutant("the second of two locked modes grows more", TRACKS,
+           "swap = step.b.exponents[x].real < step.b.exponents[y].real",
+           "swap = step.b.exponents[x].real > step.b.exponents[y].real", FOLLOWED),
+    Mutant("nobody looks ahead", TRACKS, "AHEAD = 0.3", "AHEAD = 0.0", FOLLOWED),
+    Mutant("narrow veering taken for crossing", TRACKS, "TOUCH = 1e-7", "TOUCH = 1e-5", FOLLOWED),
+    Mutant("frequencies not carried on", TRACKS,
+           "np.round((last.imag - eta.imag) / step.b.strip)", "0.0 * last.imag", FOLLOWED),
+    Mutant("β_d counted with the others", TRACKS, "own + 0.5j * blades, -0.5 * blades", "own, 0.0", FOLLOWED),
+    Mutant("what is not clear is certain", TRACKS,
+           "certain[[column[i] for i in (*step.unclear, *step.a.met)]] = False", "pass", FOLLOWED),
+    Mutant("steps back are steps forth", TRACKS, "np.argsort(to), edges", "to, edges", FOLLOWED),
+    Mutant("locks end where they begin", TRACKS, "if entering == upwards else", "if entering else", FOLLOWED),
+    Mutant("tracks without the twist", TRACKS,
+           "matrix if system.twist is None else system.twist[:, None] * matrix", "matrix", FOLLOWED),
+    Mutant("whirls of the plane reversed", "floquet/modes.py",
+           "forward = omega * whirl < 0 and", "forward = omega * whirl > 0 and", f"{FOLLOWED} tests/test_modes.py"),
+)  # fmt: skip
+MODES: tuple[Mutant, ...] = (*sensitivity, *tracking)
