@@ -482,9 +482,7 @@ def test_an_answer_can_be_checked_and_proved() -> None:
     assert constant.verdict is Verdict.STABLE
 
 
-@pytest.mark.parametrize(
-    "gamma", [1e150, np.array([8.0, 1e150]), np.append(np.linspace(1.0, 20.0, 3000), [1e100, 1e300])]
-)
+@pytest.mark.parametrize("gamma", [[1e150], [8.0, 1e150], [*np.linspace(1.0, 20.0, 3000), 1e100, 1e300]])
 @pytest.mark.parametrize("options", [{}, {"map": True}, {"symmetry": False}])
 def test_what_leaves_doubles_has_no_bound(gamma: list[float], options: dict[str, Any]) -> None:
     """In silence: RuntimeWarnings of NumPy say nothing that the bound does not."""
