@@ -66,7 +66,14 @@ if TYPE_CHECKING:
     from floquet.sensitivity import sensitivities
     from floquet.sweep import sweep
     from floquet.tracking import track
-    from floquet.validity import instability_onset, lock_windows, validity_intervals, validity_limit
+    from floquet.validity import (
+        boundaries,
+        instability_onset,
+        lock_windows,
+        transitions,
+        validity_intervals,
+        validity_limit,
+    )
 
 __version__ = "0.1.0"
 
@@ -74,6 +81,7 @@ __all__ = [
     "Rotor", "Hub", "load_rotor",
     "PeriodicSystem", "flapping", "teetering", "multiblade", "tip_path_plane", "averaged", "hover_modes",
     "stability", "compare", "validity_limit", "validity_intervals", "lock_windows", "instability_onset",
+    "transitions", "boundaries",
     "sensitivities", "track",
     "steady_state", "periodic_response", "step_response", "reduced_order", "control_mixing", "rate_feedback",
     "sweep", "open_database",
@@ -87,7 +95,7 @@ _HOME = {
     "stability": "exponents",
     "compare": "comparison",
     "validity_limit": "validity", "validity_intervals": "validity", "lock_windows": "validity",
-    "instability_onset": "validity",
+    "instability_onset": "validity", "transitions": "validity", "boundaries": "validity",
     "sensitivities": "sensitivity", "track": "tracking",
     "steady_state": "response", "periodic_response": "response", "step_response": "response",
     "reduced_order": "response",

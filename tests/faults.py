@@ -362,10 +362,25 @@ tapes = (
            "_wanted(q[i], (first, second), 1.0)", TAPES),
 )  # fmt: skip
 DESIGNS, CURVES, LIMITS = (f"floquet/validity/{name}.py" for name in ("designs", "curves", "limits"))
-V = "tests/test_validity.py"
+V, B, PLANE = "tests/test_validity.py", "tests/test_boundaries.py", "floquet/validity/boundaries.py"
 roots = (
-    Mutant("growth confused with lock", DESIGNS, "np.cosh(phi.mean * phi.period))\n", "1.0)\n", V),
-    Mutant("locks at one end of τ", DESIGNS, "self._half_trace, (1.0, -1.0)", "self._half_trace, (1.0,)", V),
+    Mutant("growth confused with lock", "floquet/validity/levels.py", "np.cosh(phi.mean * phi.period))\n", "1.0)\n", V),
+    Mutant("locks at one end of τ", DESIGNS, 'self._value("lock"), (1.0, -1.0)', 'self._value("lock"), (1.0,)', V),
+    Mutant(
+        "slopes of the polynomial to the end",
+        "floquet/validity/curves.py",
+        "np.isfinite(chord) & (chord != 0.0)",
+        "np.isnan(slope)",
+        B,
+    ),
+    Mutant("tongues capped at every mesh", PLANE, "inner[1] + outer[1] + (side == other)", "inner[1] + outer[1]", B),
+    Mutant("nothing is cut", PLANE, "DEPTH = 7", "DEPTH = 0", B),
+    Mutant("a mesh without its left", PLANE, "level[j + 1][i], upright[i][j])", "level[j + 1][i], ())", B),
+    Mutant(
+        "lines on whole numbers", PLANE, "(np.arange(meshes - 1) + 1.0 - OFFSET)", "(np.arange(meshes - 1) + 1.0)", B
+    ),
+    Mutant("one level", PLANE, "            (1.0, -1.0),\n", "            (1.0,),\n", B),
+    Mutant("growth for locks", PLANE, "BOUNDARIES[kind]\n", 'BOUNDARIES["growth"]\n', B),
     Mutant(
         "cells without a root kept out too early",
         CURVES,

@@ -2,6 +2,8 @@
 
 =============  ======================================================================
 ``curves``     smooth functions of many cases, and every place where they pass a level
+``levels``     the functions whose levels are boundaries
+``boundaries`` the same along any parameter, and as curves in the plane of two
 ``designs``    rotors along μ: their locks, onsets and splits
 ``limits``     where errors of the modes pass tolerances
 =============  ======================================================================
@@ -19,23 +21,27 @@ from ..comparison import Metric, Model, mode_names
 from ..errors import ParameterError, did_you_mean
 from ..models import PhysicsKeywords
 from ..rotor import Rotor
+from .boundaries import BoundaryCurve, boundaries, transitions
 from .curves import Crossings, crossings
 from .designs import Designs, Windows
 from .limits import Limit, Limits, Wanted
 from .limits import found as _found
 
 __all__ = [
+    "BoundaryCurve",
     "Crossings",
     "Limit",
     "Limits",
     "Windows",
     "all_limits",
+    "boundaries",
     "crossings",
     "instability_onset",
     "limits",
     "lock_windows",
     "locks",
     "split_edges",
+    "transitions",
     "validity_intervals",
     "validity_limit",
 ]

@@ -42,6 +42,7 @@ CROWD = 48  # cells left in a piece that say that the polynomial is none for its
 REACH = 2e-3  # in θ: the two passages about such a turning point are closer
 STEP = 1e-6  # of the parabola, relative to the range: its cubic error is below rounding
 AT_ONCE = 2048  # pieces
+SECANTS = 6  # from there to where the curve itself has it
 NEWTON = 6  # steps from the middle of a cell in which the polynomial has one root
 WELL = 1e-5  # slope, relative to the largest value, from which the curve itself is exact enough
 
@@ -266,11 +267,26 @@ def _polished(
     x = pieces.place(which, theta)
     slope = pieces.at(which, theta)[1] / (-0.5 * (b - a) * np.sin(theta))
     gentle = np.abs(slope) * (b - a) < WELL * np.abs(pieces.c[which]).max(axis=1)
-    for some, f in ((~gentle, lambda case, x: curve(case, x) - level), (gentle, exact and exact(level))):
-        if f is not None and some.any():
-            for _ in range(2):
-                moved = x[some] - f(case[some], x[some]) / slope[some]
-                x[some] = np.clip(moved, a[some], b[some])
+    for _ in range(2):
+        moved = x - (curve(case, x) - level) / slope
+        x = np.where(gentle, x, np.clip(moved, a, b))
+    if gentle.any() and exact is not None:
+        i = np.flatnonzero(gentle)
+        x[i] = _by_secants(exact(level), case[i], x[i], slope[i], a[i], b[i])
+    return x
+
+
+def _by_secants(f: Curve, case: Places, x: Array, slope: Array, a: Array, b: Array) -> Array:
+    """Roots of a curve that is known better than its polynomial, whose slope serves for the first step only."""
+    value = f(case, x)
+    for _ in range(SECANTS):
+        with np.errstate(divide="ignore", invalid="ignore"):
+            there = np.clip(x - value / slope, a, b)
+            there = np.where(np.isfinite(there), there, x)
+            further = f(case, there)
+            chord = (further - value) / (there - x)
+        slope = np.where(np.isfinite(chord) & (chord != 0.0), chord, slope)
+        x, value = there, further
     return x
 
 
