@@ -34,7 +34,7 @@ from .kernels import pairing, worth_compiling
 from .kernels.quadratics import ANGLES, in_order, roots
 from .models import PhysicsKeywords, teetering
 from .models.flapping import blade
-from .models.physics import advance_ratios
+from .models.physics import advance_ratios, one_rotor
 from .models.tip_path_plane import averaged_of, plane_of
 from .periodic import PeriodicMatrix, PeriodicSystem
 from .rotor import Hub, Rotor, Word
@@ -187,7 +187,7 @@ def exact_model(rotor: Rotor, model: str | None = None) -> Model:
             f"{model!r} is not a model{did_you_mean(str(model), MODELS)}; give 'flapping' or 'teetering'",
         )
     if model is None:
-        return "teetering" if rotor.hub == Hub.TEETERING else "flapping"
+        return "teetering" if one_rotor(rotor).hub == Hub.TEETERING else "flapping"
     return "teetering" if model == "teetering" else "flapping"
 
 

@@ -9,6 +9,11 @@ observer counts.  In the non-rotating frame a cyclic pair (β_nc, β_ns) whirls:
     advancing     forward whirl with ω ≥ n     regressing     every other whirl (with "-n" for n ≥ 2)
 
 The single blade needs none of this: its branch is the rotation number (:mod:`floquet.exponents`).
+
+A mode of dissimilar blades does not whirl: it stays on one blade, β = T(ψ) q, and has parts of equal size in all
+multiblade coordinates.  It is called ``blade 2`` after its place among the blades, counted from 0, and its branch is
+that of the dominant harmonic of that blade.  Where two of three blades are alike their modes have the same exponents,
+any mixture of them is a mode, and all are called ``blade 0+1``.
 """
 
 from __future__ import annotations
@@ -23,12 +28,15 @@ from numpy.typing import NDArray
 
 from .errors import ParameterError
 from .exponents import stability
+from .models.multiblade import coordinates, transformation
 from .passage import passage
-from .periodic import PeriodicSystem
+from .periodic import TWO_PI, PeriodicSystem
 
 __all__ = ["Modes", "characters", "modes", "numbered", "paired"]
 
 Complex = NDArray[np.complex128]
+TAKES_PART = 1e-3  # of the displacement: a blade with less is not in the mode
+ALIKE = 1e-9  # per rev: modes whose exponents are nearer are any mixture of one another
 STEPS = 64  # azimuths of the eigenvectors: harmonics up to 31 a span, far above any model's
 
 
@@ -52,6 +60,8 @@ class Modes:
         Share of a coordinate's harmonic in the mode's displacement; sums to 1 a mode.
     closure : float (modes,)
         |p after the span - p at its start|: what the integration lost.
+    blades : float (modes, N) or None
+        Share of each blade in the mode's displacement; None where the coordinates are not those of several blades.
     """
 
     names: tuple[str, ...]
@@ -62,6 +72,7 @@ class Modes:
     frequencies: NDArray[np.float64]
     participation: NDArray[np.float64]
     closure: NDArray[np.float64]
+    blades: NDArray[np.float64] | None = None
 
 
 def modes(system: PeriodicSystem) -> Modes:
@@ -93,6 +104,11 @@ def modes(system: PeriodicSystem) -> Modes:
     dominant = [np.unravel_index(np.argmax(s), s.shape) for s in share]
     lifted = eta + 1j * frequencies[[h for _, h in dominant]]
     names = [_name(system.coordinates, int(i), int(h), lifted[m].imag, c[m]) for m, (i, h) in enumerate(dominant)]
+    motion = _of_blades(system, q, psi[:-1])
+    if motion is not None and system.twist is None:
+        for m, (name, h) in enumerate(_alone(motion, eta)):
+            if name:
+                names[m], lifted[m] = name, eta[m] + 1j * frequencies[h]
     return Modes(
         names=numbered(names),
         exponents=lifted,
@@ -102,7 +118,36 @@ def modes(system: PeriodicSystem) -> Modes:
         frequencies=frequencies,
         participation=share,
         closure=np.abs(p[:, -1] - p[:, 0]).max(axis=-1),
+        blades=None if motion is None else _shares(motion),
     )
+
+
+def _of_blades(system: PeriodicSystem, q: Complex, psi: NDArray[np.float64]) -> Complex | None:
+    """Motion of the blades (modes, steps, N) by that of the multiblade coordinates; None where they are others."""
+    N = system.degrees
+    if N < 2 or system.coordinates != coordinates(N):
+        return None
+    if system.twist is not None:  # one blade after the other does the same a passage later
+        return np.ones((*q.shape[:2], N), complex)
+    if not math.isclose(system.period, TWO_PI):
+        return None
+    return np.asarray(np.einsum("kij,mkj->mki", transformation(N)[0].sample(psi), q))
+
+
+def _shares(motion: Complex) -> NDArray[np.float64]:
+    """Of each blade in each mode, (modes, N)."""
+    share = np.mean(np.abs(motion) ** 2, axis=1)
+    return np.asarray(share / share.sum(axis=1, keepdims=True))
+
+
+def _alone(motion: Complex, eta: Complex) -> list[tuple[str, int]]:
+    """Name after the blades that take part, "" where all do, and the dominant harmonic of the one that does most."""
+    shares, d = _shares(motion), eta[:, None] - eta[None, :]
+    part = (np.hypot(d.real, d.imag - np.round(d.imag)) < ALIKE) @ (shares > TAKES_PART)
+    most = np.take_along_axis(motion, np.argmax(shares, axis=1)[:, None, None], axis=2)[:, :, 0]
+    dominant = np.argmax(np.abs(np.fft.fft(most, axis=1)), axis=1)
+    names = ["" if p.all() else "blade " + "+".join(map(str, np.flatnonzero(p))) for p in part]
+    return list(zip(names, map(int, dominant), strict=True))
 
 
 def characters(system: PeriodicSystem, exponents: Complex, vectors: Complex) -> tuple[str, ...]:

@@ -8,11 +8,21 @@ the blades' equations become ``q'' + D q' + K q = F u`` with::
 (the scan prints Ȧ in K; it is A).  For identical blades A(ψ + 2π/N) = S A(ψ) S, with S changing the sign of β_d: the
 motion is mapped over one passage 2π/N, and its exponents hold modulo N·i with no two modes aliased.  They are those of
 one blade shifted by the whole numbers 0 … N-1, and that is how :func:`floquet.stability` finds them.
+
+Dissimilar blades need no other transformation, each has its own A and B on the diagonals.  What differs by δ_i from
+blade to blade is in row n and column m of T⁻¹ δ T::
+
+    (w_n/N) Σ_i δ_i c_n(ψ_i) c_m(ψ_i),   c_n = 1, cos nψ_i, sin nψ_i or (-1)^i,   w_n = 1 for β₀ and β_d, else 2
+
+so that one blade alone makes harmonics of 1 to n+m per rev between the coordinates, in hover too: the period is 2π,
+there is no passage to map over, and the exponents are those of all blades, each modulo i.  Modes of equal blades are
+whole numbers apart, in resonance with these harmonics: exponents move by the order of δ, which averaging loses (see
+:func:`floquet.averaged`).
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from functools import cache
 from typing import Any, Unpack
 
@@ -23,9 +33,9 @@ from ..errors import ParameterError
 from ..periodic import TWO_PI, Equation, PeriodicMatrix, PeriodicSystem, fractions
 from ..rotor import PARAMETERS, Hub, Rotor
 from .flapping import flapping
-from .physics import PhysicsKeywords
+from .physics import PhysicsKeywords, one_rotor
 
-__all__ = ["multiblade"]
+__all__ = ["blades_of", "coordinates", "identical", "multiblade", "transformation"]
 
 Array = NDArray[np.float64]
 
@@ -38,39 +48,30 @@ def multiblade(
     Parameters
     ----------
     rotor : Rotor or sequence of Rotor
-        A rotor of ``rotor.blades`` identical blades, or one Rotor a blade; dissimilar blades leave the period 2π.
+        A rotor of ``rotor.blades`` identical blades, or one Rotor a blade in the order of ψ_i, whose parameters
+        broadcast.  Blades that differ in any of them have the period 2π instead of 2π/N.
     advance_ratio, **options
         As in :func:`floquet.flapping`.
 
     Returns
     -------
     PeriodicSystem
-        Coordinates β₀, β₁c, β₁s, …, and β_d for even N; the inputs of the blade.
+        Coordinates β₀, β₁c, β₁s, …, and β_d for even N; the inputs of the blade, which act on all blades.  Exponents
+        are modulo N·i of identical blades, modulo i of dissimilar ones.
     """
-    blades = [rotor] * rotor.blades if isinstance(rotor, Rotor) else list(rotor)
-    N = len(blades)
-    if N < 2:
-        raise ParameterError(
-            "blades", N, f"multiblade coordinates need at least 2 blades, not {N}: use flapping for a single blade"
-        )
-    if any(getattr(b, "hub", None) == Hub.TEETERING for b in blades):
-        raise ParameterError(
-            "hub",
-            Hub.TEETERING,
-            "the blades of a teetering rotor are one beam and do not flap each alone: use teetering",
-        )
-    identical = all(_same(b, blades[0]) for b in blades)
+    blades = blades_of(rotor)
+    N, similar = len(blades), identical(blades)
     azimuths = [TWO_PI * i / N for i in range(N)]
-    models = [flapping(b, advance_ratio, **options) for b in (blades[:1] if identical else blades)] * (
-        N if identical else 1
+    models = [flapping(b, advance_ratio, **options) for b in (blades[:1] if similar else blades)] * (
+        N if similar else 1
     )
 
     def build(values: Mapping[str, NDArray[Any]]) -> tuple[PeriodicMatrix, PeriodicMatrix]:
-        equations = [_of_blade(m, values, i) for i, m in enumerate(models[:1] if identical else models)]
+        equations = [_of_blade(m, values, i) for i, m in enumerate(models[:1] if similar else models)]
         a, b = equations[0]
-        if identical and a.edges is None and b.edges is None:
+        if similar and a.edges is None and b.edges is None:
             return _of_identical_blades(N, a, b)
-        shifted = zip(equations * (N if identical else 1), azimuths, strict=True)
+        shifted = zip(equations * (N if similar else 1), azimuths, strict=True)
         d, k = zip(*((d.shifted(a), k.shifted(a)) for (d, k), a in shifted), strict=True)
         return transformed(_diagonal(d), _diagonal(k))
 
@@ -82,15 +83,58 @@ def multiblade(
     if N % 2 == 0:
         twist[[N - 1, 2 * N - 1]] = -1.0
     return PeriodicSystem(
-        period=TWO_PI / N if identical else TWO_PI,
-        twist=twist if identical else None,
-        equation=Equation(build=build, parameters=_parameters(models[:1] if identical else models), degrees=N),
-        blade=models[0] if identical else None,
+        period=TWO_PI / N if similar else TWO_PI,
+        twist=twist if similar else None,
+        equation=Equation(build=build, parameters=_parameters(models[:1] if similar else models), degrees=N),
+        blade=models[0] if similar else None,
         inputs=forcing,
         input_names=models[0].input_names,
         coordinates=coordinates(N),
         name="multiblade",
     )
+
+
+def blades_of(rotor: object) -> list[Rotor]:
+    """One Rotor a blade, of a rotor or as they were given."""
+    if isinstance(rotor, (Rotor, str, bytes)) or not isinstance(rotor, Iterable):
+        blades = [one_rotor(rotor)] * one_rotor(rotor).blades
+    else:
+        blades = [one_rotor(b) for b in rotor]
+    N = len(blades)
+    if N < 2:
+        raise ParameterError(
+            "blades", N, f"multiblade coordinates need at least 2 blades, not {N}: use flapping for a single blade"
+        )
+    for b in blades:
+        if b.blades not in (N, Rotor.blades):
+            raise ParameterError(
+                "blades",
+                b.blades,
+                f"{N} blades were given, and one of them is of a rotor of {b.blades}: give one Rotor for every blade, "
+                f"each with blades={N} or without",
+            )
+        if b.hub == Hub.TEETERING:
+            raise ParameterError(
+                "hub",
+                Hub.TEETERING,
+                "the blades of a teetering rotor are one beam and do not flap each alone: use teetering",
+            )
+    try:
+        np.broadcast_shapes(*(b.shape for b in blades))
+    except ValueError:
+        shapes = ", ".join(str(b.shape) for b in blades)
+        raise ParameterError(
+            "rotor",
+            shapes,
+            f"the blades' parameters have the shapes {shapes}, which do not broadcast: every blade has the same cases, "
+            "so give arrays of one shape, or a number where all cases share a value",
+        ) from None
+    return blades
+
+
+def identical(blades: Sequence[Rotor]) -> bool:
+    """Whether all blades have the same parameters."""
+    return all(_same(b, blades[0]) for b in blades)
 
 
 def _parameters(models: Sequence[PeriodicSystem]) -> dict[str, NDArray[Any]]:

@@ -12,6 +12,7 @@ kinematic_rates    False    (1 + m) in the columns of body angular acceleration,
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import asdict, dataclass, fields
 from typing import Any, TypedDict
 
@@ -21,7 +22,7 @@ from numpy.typing import ArrayLike, NDArray
 from ..errors import ParameterError, did_you_mean
 from ..rotor import Rotor
 
-__all__ = ["Physics", "PhysicsKeywords", "advance_ratios"]
+__all__ = ["Physics", "PhysicsKeywords", "advance_ratios", "one_rotor"]
 
 
 #: Above this advance ratio multipliers overflow and no rotor has flown.
@@ -91,10 +92,7 @@ def advance_ratios(advance_ratio: ArrayLike, rotor: Rotor | None = None) -> NDAr
         )
     if rotor is None:
         return mu
-    if not isinstance(rotor, Rotor):
-        raise ParameterError(
-            "rotor", rotor, f"{rotor!r} is no Rotor: make one with Rotor(lock_number=…) or load_rotor(file)"
-        )
+    rotor = one_rotor(rotor)
     try:
         np.broadcast_shapes(mu.shape, rotor.shape)
     except ValueError:
@@ -105,3 +103,19 @@ def advance_ratios(advance_ratio: ArrayLike, rotor: Rotor | None = None) -> NDAr
             "for every rotor at every μ give the rotor a last axis of length 1",
         ) from None
     return mu
+
+
+def one_rotor(rotor: Any) -> Rotor:
+    """What was given, which must be a Rotor."""
+    if isinstance(rotor, Rotor):
+        return rotor
+    if isinstance(rotor, Iterable) and not isinstance(rotor, (str, bytes)):
+        raise ParameterError(
+            "rotor",
+            rotor,
+            f"a {type(rotor).__name__} is no Rotor, and this takes one: dissimilar blades, one Rotor a blade, are for "
+            "multiblade and averaged; here ask for each of them alone",
+        )
+    raise ParameterError(
+        "rotor", rotor, f"{rotor!r} is no Rotor: make one with Rotor(lock_number=…) or load_rotor(file)"
+    )

@@ -7,6 +7,9 @@ Put β = t(ψ) a into the blade's equation, with t a row of harmonics, and keep 
 With t = (1, -cos ψ, -sin ψ), a = (a₀, a₁, b₁) this is the tip-path plane; with M harmonics it is the averaged
 multiblade model of 2M+1 blades, which is the tip-path plane only for M = 1 (N = 3 and 4).
 
+Of dissimilar blades the mean of T⁻¹ δ T over a revolution (:mod:`floquet.models.multiblade`) is the mean of all δ_i on
+the diagonal and, of an even number of blades, the mean of (-1)^i δ_i between β₀ and β_d; two blades have nothing else.
+
 d and k are numbers, so that D̃ = 2 mean t⁺t' + mean d t⁺t and so on: the mean of a number times a matrix of
 trigonometric polynomials takes only those harmonics of the number that the matrix has, and t⁺t is the same for every
 rotor.
@@ -15,18 +18,20 @@ rotor.
 from __future__ import annotations
 
 import math
+import warnings
 from collections.abc import Sequence
+from dataclasses import replace
 from functools import cache
 from typing import NamedTuple, Unpack
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ..errors import ParameterError
+from ..errors import FloquetWarning, ParameterError
 from ..periodic import TWO_PI, PeriodicMatrix, PeriodicSystem
 from ..rotor import Hub, Rotor
 from .flapping import blade
-from .multiblade import coordinates
+from .multiblade import blades_of, coordinates, identical, multiblade
 from .physics import PhysicsKeywords, advance_ratios
 from .teetering import teetering
 
@@ -53,13 +58,40 @@ def plane_of(one: PeriodicSystem, *, teeters: bool) -> PeriodicSystem:
 
 
 def averaged(
-    rotor: Rotor, advance_ratio: ArrayLike, harmonics: int = 1, **options: Unpack[PhysicsKeywords]
+    rotor: Rotor | Sequence[Rotor],
+    advance_ratio: ArrayLike,
+    harmonics: int | None = None,
+    **options: Unpack[PhysicsKeywords],
 ) -> PeriodicSystem:
-    """The averaged multiblade model of 2·harmonics+1 identical blades, in β₀, β₁c, β₁s, …
+    """The averaged multiblade model of 2·harmonics+1 identical blades (1 by default), in β₀, β₁c, β₁s, …
 
     Its modes are approximations of the rotor's for any number of blades, better with every harmonic.
+
+    One Rotor a blade gives the mean over a revolution of :func:`floquet.multiblade` of these blades, β_d included.  A
+    warning says that it does not know what is different about each of three blades or more: its exponents are those
+    of blades that are all like the mean, or like the means of every other blade.
     """
-    return averaged_of(blade(rotor, advance_ratio, **options), harmonics)
+    if isinstance(rotor, Rotor):
+        return averaged_of(blade(rotor, advance_ratio, **options), 1 if harmonics is None else harmonics)
+    blades = blades_of(rotor)
+    own = (len(blades) - 1) // 2
+    if harmonics not in (None, own):
+        raise ParameterError(
+            "harmonics",
+            harmonics,
+            f"{len(blades)} blades that are given one by one have {own} harmonics, not {harmonics!r}: leave it out, or "
+            "average each blade alone with as many as you like",
+        )
+    if len(blades) > 2 and not identical(blades):
+        warnings.warn(
+            "averaging over a revolution keeps the mean of the blades"
+            + (" and the difference between every other blade and the rest" if len(blades) % 2 == 0 else "")
+            + "; their other differences are harmonics of 1 per rev and more and are lost, though exponents move by "
+            "the order of them: average each blade alone and take the exponents of all, or use multiblade",
+            FloquetWarning,
+            stacklevel=2,
+        )
+    return replace(multiblade(blades, advance_ratio, **options).mean(), name="averaged over a revolution")
 
 
 def averaged_of(one: PeriodicSystem, harmonics: int) -> PeriodicSystem:
