@@ -455,7 +455,7 @@ def test_a_period_that_contradicts_the_coefficients_is_refused(change: dict[str,
 def test_what_is_no_system_or_matrix_is_refused() -> None:
     with pytest.raises(ParameterError, match="is no system"):
         stability(Rotor(lock_number=8.0))  # type: ignore[arg-type]
-    with pytest.raises(ParameterError, match="not real numbers"):
+    with pytest.raises(ParameterError, match="of real equations"):
         stability(PeriodicSystem.from_function(lambda t: np.array([[1j]]), 1.0))
     with pytest.raises(ParameterError, match="no number of panels"):
         stability(mathieu(1.0, 0.1), panels=0)
