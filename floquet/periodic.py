@@ -269,6 +269,9 @@ class PeriodicMatrix:
         scale, c = _alike(_numbers(factor, "factor"), self.coefficients)
         return replace(self, coefficients=scale[..., None, None, None, None] * c)
 
+    def __mul__(self, factor: ArrayLike) -> PeriodicMatrix:
+        return self.__rmul__(factor)
+
     def __truediv__(self, divisor: int) -> PeriodicMatrix:
         """Divide by a whole number, which keeps exact coefficients exact."""
         return replace(self, coefficients=self.coefficients / divisor)

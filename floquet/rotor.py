@@ -44,7 +44,7 @@ from floquet.errors import ConfigError, ParameterError, Problem, did_you_mean
 if TYPE_CHECKING:
     from floquet.tomlfile import Document
 
-__all__ = ["PARAMETERS", "Hub", "Parameter", "Rotor", "Word", "dump_rotor", "load_rotor", "plain"]
+__all__ = ["PARAMETERS", "Hub", "Parameter", "Rotor", "Word", "dump_rotor", "load_rotor", "plain", "require_rotor"]
 
 Values: TypeAlias = "float | NDArray[np.float64]"
 _T = TypeVar("_T")
@@ -267,6 +267,14 @@ def _short(value: Any) -> str:
         ends = f"{value.min():g} to {value.max():g}" if value.size else "empty"
         return f"<{'x'.join(map(str, value.shape))} values, {ends}>"
     return str(value) if isinstance(value, Hub) else f"{value:.6g}" if isinstance(value, float) else repr(value)
+
+
+def require_rotor(value: Any) -> Rotor:
+    """A Rotor, or a ParameterError."""
+    if not isinstance(value, Rotor):
+        sentence = f"{reprlib.repr(value)} is no Rotor: make one with Rotor(lock_number=…) or load_rotor(file)"
+        raise ParameterError("rotor", value, sentence)
+    return value
 
 
 def plain(value: Any) -> Any:

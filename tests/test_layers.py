@@ -14,7 +14,8 @@ import floquet
 
 PACKAGE = Path(floquet.__file__).parent
 ORDER = (
-    "errors", "tomlfile", "rotorfile", "rotor", "verdict", "tape", "periodic", "models", "kernels", "collocation",
+    "errors", "environment", "tomlfile", "rotorfile", "rotor", "verdict", "tape", "periodic", "models", "kernels",
+    "collocation",
     "period_map", "passage", "koopman", "certify", "exponents", "modes", "comparison", "validity", "response",
     "decoupling", "sweep", "families", "chunks", "store", "studyfile", "study", "export", "query", "plot", "report",
     "exhibits", "cli", "__main__",

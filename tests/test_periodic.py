@@ -44,6 +44,7 @@ def test_product_sum_and_transpose_are_those_of_the_samples(pair: tuple[Periodic
         (a + b.transpose()).sample(PSI), a.sample(PSI) + np.swapaxes(b.sample(PSI), -1, -2), atol=ROUNDING
     )
     np.testing.assert_allclose((a - 2.0 * a).sample(PSI), -a.sample(PSI), atol=ROUNDING)
+    np.testing.assert_array_equal((a * 2.0).sample(PSI), (2.0 * a).sample(PSI))
 
 
 def test_shift_and_derivative(pair: tuple[PeriodicMatrix, PeriodicMatrix]) -> None:
@@ -170,6 +171,7 @@ def unit(t: float) -> list[list[float]]:
         (lambda: WIDE @ TWO, "stands where one of 3×2 fits"),
         (lambda: 1j * ONE, "of real equations"),
         (lambda: "a" * ONE, "must be real numbers"),
+        (lambda: ONE * ONE, "must be real numbers"),
     ],
 )  # fmt: skip
 def test_a_matrix_that_is_none_is_refused(make: Callable[[], Any], sentence: str) -> None:

@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..errors import ParameterError, did_you_mean
-from ..rotor import Rotor
+from ..rotor import Rotor, require_rotor
 
 __all__ = ["Physics", "PhysicsKeywords", "advance_ratios"]
 
@@ -75,6 +75,8 @@ class Physics:
 
 def advance_ratios(advance_ratio: ArrayLike, rotor: Rotor | None = None) -> NDArray[np.float64]:
     """μ as an array of finite numbers from 0 to :data:`HIGHEST`, which must broadcast with the rotor's parameters."""
+    if advance_ratio is None:
+        raise ParameterError("advance_ratio", None, "no advance ratio was given: give μ = V cos α/(ΩR), such as 0.3")
     try:
         if np.asarray(advance_ratio).dtype.kind in "US":
             raise TypeError
@@ -82,6 +84,10 @@ def advance_ratios(advance_ratio: ArrayLike, rotor: Rotor | None = None) -> NDAr
     except (TypeError, ValueError):
         raise ParameterError("advance_ratio", advance_ratio, f"{advance_ratio!r} is not a number") from None
     bad = mu[~((mu >= 0) & (mu <= HIGHEST))]
+    if np.isnan(bad).any():
+        raise ParameterError(
+            "advance_ratio", advance_ratio, "nan is no advance ratio: look for a missing value or a division by zero"
+        )
     if bad.size:
         raise ParameterError(
             "advance_ratio",
@@ -91,10 +97,7 @@ def advance_ratios(advance_ratio: ArrayLike, rotor: Rotor | None = None) -> NDAr
         )
     if rotor is None:
         return mu
-    if not isinstance(rotor, Rotor):
-        raise ParameterError(
-            "rotor", rotor, f"{rotor!r} is no Rotor: make one with Rotor(lock_number=…) or load_rotor(file)"
-        )
+    require_rotor(rotor)
     try:
         np.broadcast_shapes(mu.shape, rotor.shape)
     except ValueError:
