@@ -38,8 +38,9 @@ Inputs of a rotor (controls, inflow, body motion) have names and units in :mod:`
 
 Reading order, which is the order in which data flow (nothing imports against it)::
 
-    errors, tomlfile, rotorfile, rotor → verdict → periodic → models → kernels → collocation → period_map → passage
-                            → koopman → certify → exponents → modes → comparison → sensitivity → tracking
+    errors, environment, tomlfile, rotorfile, rotor → verdict → periodic → models → kernels → collocation
+                            → period_map → passage → koopman → certify → exponents → modes → comparison
+                            → sensitivity → tracking
                             → validity → response → decoupling
                             → sweep → families → chunks → store → studyfile → study → export → query
                             → plot → report → exhibits → cli
@@ -59,7 +60,7 @@ if TYPE_CHECKING:
     from floquet.decoupling import control_mixing, rate_feedback
     from floquet.exponents import stability
     from floquet.models import averaged, flapping, hover_modes, multiblade, teetering, tip_path_plane
-    from floquet.periodic import PeriodicSystem
+    from floquet.periodic import PeriodicMatrix, PeriodicSystem
     from floquet.query import open_database
     from floquet.response import periodic_response, reduced_order, steady_state, step_response
     from floquet.rotor import Hub, Rotor, load_rotor
@@ -79,7 +80,8 @@ __version__ = "0.1.0"
 
 __all__ = [
     "Rotor", "Hub", "load_rotor",
-    "PeriodicSystem", "flapping", "teetering", "multiblade", "tip_path_plane", "averaged", "hover_modes",
+    "PeriodicSystem", "PeriodicMatrix",
+    "flapping", "teetering", "multiblade", "tip_path_plane", "averaged", "hover_modes",
     "stability", "compare", "validity_limit", "validity_intervals", "lock_windows", "instability_onset",
     "transitions", "boundaries",
     "sensitivities", "track",
@@ -89,7 +91,7 @@ __all__ = [
 
 _HOME = {
     "Rotor": "rotor", "Hub": "rotor", "load_rotor": "rotor",
-    "PeriodicSystem": "periodic",
+    "PeriodicSystem": "periodic", "PeriodicMatrix": "periodic",
     "flapping": "models", "teetering": "models", "multiblade": "models", "tip_path_plane": "models",
     "averaged": "models", "hover_modes": "models",
     "stability": "exponents",

@@ -376,9 +376,9 @@ roots = (
     Mutant("tongues capped at every mesh", PLANE, "inner[1] + outer[1] + (side == other)", "inner[1] + outer[1]", B),
     Mutant("nothing is cut", PLANE, "DEPTH = 7", "DEPTH = 0", B),
     Mutant("a mesh without its left", PLANE, "level[j + 1][i], upright[i][j])", "level[j + 1][i], ())", B),
-    Mutant(
-        "lines on whole numbers", PLANE, "(np.arange(meshes - 1) + 1.0 - OFFSET)", "(np.arange(meshes - 1) + 1.0)", B
-    ),
+    Mutant("noise is distance", CURVES, "+ noise[which]", "", B),
+    Mutant("roots found twice", CURVES, "SAME = 1e-12", "SAME = -1.0", B),
+    Mutant("six secants", CURVES, "SECANTS = 60", "SECANTS = 6", B),
     Mutant("one level", PLANE, "            (1.0, -1.0),\n", "            (1.0,),\n", B),
     Mutant("growth for locks", PLANE, "BOUNDARIES[kind]\n", 'BOUNDARIES["growth"]\n', B),
     Mutant(
@@ -395,8 +395,8 @@ roots = (
     Mutant(
         "roots of polynomials left as they are",
         CURVES,
-        "            for _ in range(2):\n                moved",
-        "            for _ in range(0):\n                moved",
+        "    for _ in range(2):\n        moved",
+        "    for _ in range(0):\n        moved",
         V,
     ),
     Mutant("hidden extrema forgotten", LIMITS, "may |= (there > t) & (there - reach <= t)", "pass", V),

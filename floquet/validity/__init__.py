@@ -20,7 +20,7 @@ import numpy as np
 from ..comparison import Metric, Model, mode_names
 from ..errors import ParameterError, did_you_mean
 from ..models import PhysicsKeywords
-from ..rotor import Rotor
+from ..rotor import Rotor, require_rotor
 from .boundaries import BoundaryCurve, boundaries, transitions
 from .curves import Crossings, crossings
 from .designs import Designs, Windows
@@ -138,7 +138,7 @@ def limits(
     **options: Unpack[PhysicsKeywords],
 ) -> tuple[Limit, ...]:
     """Limits of one rotor (no arrays) for every mode and (metric, tolerance), with intervals and causes."""
-    if rotor.shape:
+    if require_rotor(rotor).shape:
         raise ParameterError(
             "rotor",
             rotor.shape,
@@ -158,6 +158,8 @@ def all_limits(
 ) -> Limits:
     """Limits of every case of a rotor in arrays, for every mode and (metric, tolerance)."""
     designs = Designs(rotor, mu_max, model, options)
+    if not designs.count:
+        raise ParameterError("rotor", rotor, "there is no rotor whose limits could be sought: its parameters are empty")
     return _found(designs, _wanted(rotor, tolerances, modes, model))
 
 
@@ -181,6 +183,6 @@ def _wanted(
             raise ParameterError(
                 "mode",
                 mode,
-                f"{mode!r} is not a mode of this rotor{did_you_mean(mode, known)}; it has {', '.join(known)}",
+                f"{mode!r} is not a mode of this rotor{did_you_mean(str(mode), known)}; it has {', '.join(known)}",
             )
     return [(mode, Metric(m), float(t)) for mode in (modes or known) for m, t in tolerances]

@@ -21,8 +21,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..comparison import Comparison, Model, compare, eigenvalues, exact_model, simple_model
+from ..environment import check_environment
 from ..errors import ParameterError
-from ..exponents import exponents
+from ..exponents import BEYOND, exponents
 from ..models import PhysicsKeywords, teetering
 from ..models.flapping import blade
 from ..models.physics import HIGHEST
@@ -67,6 +68,7 @@ class Designs:
                 mu_max,
                 f"{mu_max!r} is no end of the search: give an advance ratio above 0, {HIGHEST:g} at most",
             )
+        check_environment()
         self.rotor, self.mu_max, self.options = rotor, float(mu_max), options
         self.model: Model = exact_model(rotor, model)
         self.count = math.prod(rotor.shape)
@@ -126,7 +128,8 @@ class Designs:
     def _passages(
         self, curve: Curve, levels: tuple[float, ...], exact: Callable[[float], Curve], **given: float
     ) -> Crossings:
-        end = curve(np.arange(self.count), np.full(self.count, self.mu_max))
+        with np.errstate(**BEYOND):
+            end = curve(np.arange(self.count), np.full(self.count, self.mu_max))
         if not np.all(np.isfinite(end)):
             gamma = float(np.broadcast_to(self.rotor.lock_number, self.rotor.shape).ravel()[~np.isfinite(end)][0])
             raise ParameterError(
