@@ -597,8 +597,8 @@ def studies_folder() -> Path:
 
 def main(arguments: Sequence[str] | None = None) -> NoReturn:
     """Run the command line and exit with its status."""
-    warnings.showwarning = _show_warning
-    warnings.simplefilter("once", FloquetWarning)
+    warnings.showwarning = _shown_once(set())
+    warnings.simplefilter("always", FloquetWarning)  # "once" forgets what was said when a library imports
     for stream in (sys.stdout, sys.stderr):
         if hasattr(stream, "reconfigure"):
             stream.reconfigure(errors="replace")
@@ -649,5 +649,12 @@ def _abandon_output() -> None:
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
 
 
-def _show_warning(message: Warning | str, *_: Any, **__: Any) -> None:
-    say(f"floquet: warning: {message}")
+def _shown_once(said: set[str]) -> Callable[..., None]:
+    """Shows each warning when it is new."""
+
+    def show_warning(message: Warning | str, *_: Any, **__: Any) -> None:
+        if (text := str(message)) not in said:
+            said.add(text)
+            say(f"floquet: warning: {text}")
+
+    return show_warning

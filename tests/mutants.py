@@ -33,7 +33,7 @@ OTHERS: tuple[Mutant, ...] = (
     Mutant("damage is done", CLI, "_fail(str(DamageError(file, places)), 1) if places else 0", "0", ASKED),
     Mutant("no room is bad input", CLI, "1 if isinstance(error, FailedError) else 2", "2", ASKED),
     Mutant("limits of other rotors", REPORT, "(1.0 - CHANGE, 1.0 + CHANGE)", "(1.0 + CHANGE, 1.0 - CHANGE)", ASKED),
-    Mutant("a warning for every call", CLI, '"once", FloquetWarning', '"always", FloquetWarning', ASKED),
+    Mutant("a warning for every call", CLI, "said.add(text)", "pass", ASKED),
     Mutant("teetering with four blades", CLI, 'changes.setdefault("blades", 2)', "pass", ASKED),
     Mutant("flags forgotten", CLI, "load_rotor(file).replace(**changes)", "load_rotor(file)", ASKED),
     Mutant("a flag that is off counts", CLI, " and values[name] is not False}", "}", ASKED),
