@@ -362,6 +362,12 @@ tapes = (
            "_wanted(q[i], (first, second), 1.0)", TAPES),
 )  # fmt: skip
 DESIGNS, CURVES, LIMITS = (f"floquet/validity/{name}.py" for name in ("designs", "curves", "limits"))
+atlas = (
+    Mutant("an atlas of all metrics", "floquet/plot/__init__.py", "chosen = relative & (", "chosen = (",
+           "tests/test_plot.py"),
+    Mutant("an atlas of those that fail", "floquet/plot/atlas.py", "return 1.0 - np.searchsorted",
+           "return np.searchsorted", "tests/test_plot.py"),
+)  # fmt: skip
 V, B, PLANE = "tests/test_validity.py", "tests/test_boundaries.py", "floquet/validity/boundaries.py"
 roots = (
     Mutant("growth confused with lock", "floquet/validity/levels.py", "np.cosh(phi.mean * phi.period))\n", "1.0)\n", V),
@@ -810,6 +816,7 @@ states = (
            "return N", MODELS),
 )  # fmt: skip
 FAULTS: tuple[Mutant, ...] = (
+    *atlas,
     *coefficients,
     *structure,
     *physics,

@@ -15,15 +15,17 @@ from typing import Any
 import numpy as np
 import pytest
 from matplotlib.axes import Axes
+from matplotlib.collections import QuadMesh
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Rectangle
 from matplotlib.text import Annotation
 
 from floquet import Hub, Rotor, flapping, lock_windows, stability, teetering
-from floquet.comparison import Rule, compare, eigenvalues, simple_model
+from floquet.comparison import Metric, Rule, compare, eigenvalues, simple_model
 from floquet.errors import ParameterError, StorageError
 from floquet.plot import (
+    ATLAS,
     KINDS,
     RotorRows,
     eigenvalues_vs_mu,
@@ -46,6 +48,7 @@ ROTORS = {
     "overdamped": Rotor(lock_number=20.0),  # locked in hover, ρ = 0, and at ½ per rev from .389
     "stiff": Rotor(lock_number=8.0, hinge_stiffness=1.6, blades=3),  # lock at 1½ per rev: every mode against the mean
 }
+BY_ROTOR = [kind for kind in KINDS if kind != ATLAS]
 STEP = 0.01
 DASHES = ("--", ":")
 
@@ -425,7 +428,7 @@ def draw(kind: str, one: RotorRows, **options: Any) -> Axes:
     return found[0] if isinstance(found, tuple) else found
 
 
-@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("kind", BY_ROTOR)
 @pytest.mark.parametrize("name", ["hingeless", "overdamped"])
 def test_texts_keep_off_each_other(rows: dict[str, RotorRows], kind: str, name: str) -> None:
     for ax in draw(kind, rows[name]).figure.axes:
@@ -444,7 +447,7 @@ def test_texts_keep_off_the_lines(rows: dict[str, RotorRows], kind: str, name: s
             assert not [b for b in boxes if np.any((b.x0 < x) & (x < b.x1) & (b.y0 < y) & (y < b.y1))]
 
 
-@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("kind", BY_ROTOR)
 def test_given_axes_are_drawn_into_and_returned(rows: dict[str, RotorRows], kind: str) -> None:
     figure = Figure()
     axes = list(figure.subplots(2, 1)) if kind == "eigenvalues-vs-mu" else [figure.subplots()]
@@ -453,7 +456,7 @@ def test_given_axes_are_drawn_into_and_returned(rows: dict[str, RotorRows], kind
     assert figure.axes == axes and figure.get_supxlabel() == "" and not figure.legends
 
 
-@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("kind", BY_ROTOR)
 def test_too_few_rows_are_a_sentence(rows: dict[str, RotorRows], kind: str) -> None:
     few = rows["soft"]._replace(points={name: values[:3] for name, values in rows["soft"].points.items()})
     with pytest.raises(ParameterError, match="3 advance ratios"):
@@ -608,6 +611,49 @@ def test_a_summary_of_some_rotors(
     monkeypatch.setitem(KINDS, "validity-summary", summary)
     plot_database(database, "validity-summary", tmp_path / "a.png", rotor=given)
     assert seen == ["soft", "heavy"]
+
+
+@pytest.fixture(scope="module")
+def designs() -> dict[str, Any]:
+    """Limits of 60 designs: ten offsets and springs at each of six Lock numbers."""
+    gamma = np.repeat(np.arange(4.0, 16.0, 2.0), 10)
+    rng = np.random.default_rng(6)
+    rotors = Rotor(lock_number=gamma, hinge_offset=rng.uniform(0.0, 0.1, 60), hinge_stiffness=rng.uniform(0.0, 0.2, 60))
+    tolerances = ((Metric.RELATIVE, 0.05), (Metric.RELATIVE, 0.1), (Metric.DAMPING, 0.05))
+    plan = Plan(rotors=(rotors,), advance_ratio=np.array([0.1]), tolerances=tolerances)
+    return limit_rows(plan, 0, 60)
+
+
+def test_an_atlas_shows_the_share_of_designs_that_hold(designs: dict[str, Any], tmp_path: Path) -> None:
+    """Shades and lines against limits counted one by one, at 5 % relative and nothing else."""
+    seen: list[Figure] = []
+    data = Database("many.h5", Memory({"points": {}, "limits": designs}, ()))
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("floquet.plot.write_figure", lambda figure, path, dpi: seen.append(figure))
+        plot_database(data, ATLAS, tmp_path / "a.png")
+    panels = [ax for ax in seen[0].axes if ax.get_title()]
+    assert [ax.get_title() for ax in panels] == ["regressing", "coning", "advancing", "differential"]
+    for k, ax in enumerate(panels):
+        (mesh,) = [one for one in ax.collections if isinstance(one, QuadMesh)]
+        shown = np.asarray(mesh.get_array()).reshape(6, -1)
+        mu = np.linspace(0.0, 1.0, shown.shape[1])
+        own = (designs["mode"] == k) & (designs["metric"] == Metric.RELATIVE) & (designs["tolerance"] == 0.05)
+        for row, gamma in zip(shown, np.arange(4.0, 16.0, 2.0), strict=True):
+            limits = designs["limit"][own & (designs["lock_number"] == gamma)]
+            assert len(limits) == 10
+            np.testing.assert_allclose(row, [(limits > at).mean() for at in mu], atol=1e-12)
+    assert "60 designs" in seen[0].get_supxlabel() and "above 5 %" in seen[0].get_supxlabel()
+    assert 0.0 < shown.mean() < 1.0
+
+
+def test_an_atlas_needs_many_designs(database: Database, designs: dict[str, Any], tmp_path: Path) -> None:
+    with pytest.raises(ParameterError, match="an atlas is of 20 or more"):
+        plot_database(database, ATLAS, tmp_path / "a.png")
+    with pytest.raises(ParameterError, match="leave out --rotor"):
+        plot_database(database, ATLAS, tmp_path / "a.png", rotor="soft")
+    none = Database("none.h5", Memory({"points": {}, "limits": {k: v[:0] for k, v in designs.items()}}, ()))
+    with pytest.raises(ParameterError, match="has no limits"):
+        plot_database(none, ATLAS, tmp_path / "a.png")
 
 
 def test_nothing_to_draw_and_too_much_to_draw(database: Database, tmp_path: Path) -> None:

@@ -7,6 +7,7 @@ root-locus             the eigenvalues' paths in the complex plane with μ along
 eigenvalues-vs-mu      frequency above, damping below, lock bands shaded, the limit of the simple model marked
 error-vs-mu            relative errors of the TPP modes, the tolerances and where they are crossed
 validity-summary       for many rotors at once, the ranges of μ in which each TPP mode holds or fails
+validity-atlas         of thousands of designs, how many each TPP mode holds for, by Lock number and μ
 =====================  ==============================================================================================
 
 Floquet is solid, TPP (the tip-path plane) dashed, a mode has one colour.  Each kind is a function of rows (columns of
@@ -24,9 +25,11 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import matplotlib
+import numpy as np
 
 from floquet.errors import ParameterError, did_you_mean
 from floquet.plot.against_mu import eigenvalues_vs_mu, error_vs_mu
+from floquet.plot.atlas import ATLAS_COLUMNS, validity_atlas
 from floquet.plot.curves import lock_bands
 from floquet.plot.locus import root_locus
 from floquet.plot.parts import STYLE, root_figure, write_footer
@@ -39,8 +42,8 @@ if TYPE_CHECKING:
     from floquet.query import Database
 
 __all__ = [
-    "KINDS", "RotorRows", "eigenvalues_vs_mu", "error_vs_mu", "lock_bands", "plot_database", "root_locus",
-    "validity_summary", "write_figure",
+    "ATLAS", "KINDS", "RotorRows", "eigenvalues_vs_mu", "error_vs_mu", "lock_bands", "plot_database", "root_locus",
+    "validity_atlas", "validity_summary", "write_figure",
 ]  # fmt: skip
 
 KINDS: dict[str, Callable[..., Any]] = {
@@ -48,6 +51,7 @@ KINDS: dict[str, Callable[..., Any]] = {
     "eigenvalues-vs-mu": eigenvalues_vs_mu,
     "error-vs-mu": error_vs_mu,
     "validity-summary": validity_summary,
+    "validity-atlas": validity_atlas,
 }
 """What ``plot_database`` and the command line can draw."""
 BLADE = ("exponent_1", "exponent_2", "rotation_number", "lock")
@@ -59,6 +63,8 @@ NEEDS = {
     "validity-summary": ERRORS,
 }
 """Columns of a mode that a kind draws, beside ``BLADE`` and those that every database has."""
+ATLAS = "validity-atlas"
+"""The kind that shows all designs of a file by their limits."""
 SUMMARIES = ("validity-summary",)
 """Kinds that show several rotors; the others show one."""
 MOST = 40
@@ -99,16 +105,36 @@ def plot_database(database: Database | str | Path, kind: str, out: str | Path,
     path = _target(out)
     with contextlib.ExitStack() as closing:
         db = database if isinstance(database, Database) else closing.enter_context(open_database(database))
-        rotors = [_drawable(db, kind, _rows(db, index)) for index in _chosen(db, rotor, every=kind in SUMMARIES)]
         physics = _physics(db.attributes.get("options"))
+        if kind == ATLAS:
+            return _written(KINDS[kind](_limits(db, rotor)), physics, path, dpi)
+        rotors = [_drawable(db, kind, _rows(db, index)) for index in _chosen(db, rotor, every=kind in SUMMARIES)]
     if kind in SUMMARIES:
         drawn = KINDS[kind](rotors)
     else:
         drawn = KINDS[kind](rotors[0].points, rotors[0].limits, name=rotors[0].name)
-    figure = root_figure(drawn[0] if isinstance(drawn, tuple) else drawn)
+    return _written(root_figure(drawn[0] if isinstance(drawn, tuple) else drawn), physics, path, dpi)
+
+
+def _written(figure: Figure, physics: str, path: Path, dpi: float) -> Path:
     write_footer(figure, physics)
     write_figure(figure, path, dpi)
     return path
+
+
+def _limits(db: Database, rotor: object) -> dict[str, Any]:
+    """The columns of an atlas from the limits at one tolerance: 5 % of the exact eigenvalue, if there is that."""
+    if rotor is not None:
+        raise ParameterError("rotor", rotor, f"{ATLAS} shows all rotors of a file: leave out --rotor")
+    found = db.query(table="limits", columns=list(ATLAS_COLUMNS)) if "limits" in db.tables else {}
+    if not len(found.get("limit", ())):
+        raise ParameterError(
+            "kind", ATLAS, f"{db.path} has no limits: give its study tolerances in [compare] and run it again"
+        )
+    relative = found["metric"] == found["metric"].min()
+    tolerances = np.unique(found["tolerance"][relative])
+    chosen = relative & (found["tolerance"] == tolerances[np.argmin(np.abs(tolerances - 0.05))])
+    return {name: values[chosen] for name, values in found.items()}
 
 
 def _physics(options: Any) -> str:

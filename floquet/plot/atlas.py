@@ -1,0 +1,95 @@
+"""Many designs at once: how many of them a mode of the simple model holds for, by Lock number and advance ratio."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
+
+import matplotlib
+import numpy as np
+from matplotlib.colors import ListedColormap
+from matplotlib.lines import Line2D
+from matplotlib.patches import Patch
+from numpy.typing import NDArray
+
+from floquet.errors import ParameterError
+from floquet.plot.parts import DARK, DOTTED, FOLKLORE_COLOUR, PAGE, new_figure, percent, styled, write_footer
+from floquet.plot.summary import FOLKLORE
+from floquet.sweep import MODES
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+__all__ = ["ATLAS_COLUMNS", "validity_atlas"]
+
+Array = NDArray[np.float64]
+Rows = Mapping[str, NDArray[Any]]
+#: Columns of the limits table that are drawn.
+ATLAS_COLUMNS = ("mode", "tolerance", "metric", "lock_number", "limit", "mu_max", "rotor")
+SHARES = {0.9: DOTTED, 0.5: "-", 0.1: "--"}  # of the designs: lines
+FEWEST, MOST_BINS = 20, 60  # designs worth an atlas; Lock numbers that are told apart
+STEPS = 240  # of μ
+HEIGHT = 2.9  # inches
+
+
+@styled
+def validity_atlas(limits: Rows, *, width: float = PAGE) -> Figure:
+    """A panel for each mode: the share of designs whose limit is beyond μ, in shades; 90, 50 and 10 % as lines."""
+    modes = [k for k in range(len(MODES)) if np.any(limits["mode"] == k)]
+    designs, tolerance = len(np.unique(limits["rotor"])), limits["tolerance"]
+    if designs < FEWEST or len(np.unique(limits["lock_number"])) < 2:
+        raise ParameterError(
+            "kind",
+            "validity-atlas",
+            f"the limits table has {designs} designs: an atlas is of {FEWEST} or more, of several Lock numbers; "
+            "draw validity-summary, or run a study with a grid of rotors",
+        )
+    figure = new_figure(width, HEIGHT)
+    axes = np.atleast_1d(figure.subplots(1, len(modes), sharey=True))
+    for ax, mode in zip(axes, modes, strict=True):
+        own = limits["mode"] == mode
+        image = _draw(ax, limits["lock_number"][own], limits["limit"][own], float(limits["mu_max"].min()))
+        ax.set(title=MODES[mode], xlabel=r"advance ratio $\mu$")
+    axes[0].set_ylabel(r"Lock number $\gamma$")
+    bar = figure.colorbar(image, ax=list(axes), pad=0.01, aspect=30, ticks=[0.0, 0.5, 1.0])
+    bar.ax.set_yticklabels(["0", "50", "100 %"])
+    bar.set_label("designs within the tolerance")
+    lines = [Line2D([], [], color=DARK, lw=1.0, ls=style, label=f"{percent(share)} of the designs hold")
+             for share, style in SHARES.items()]  # fmt: skip
+    band = Patch(facecolor="none", edgecolor=FOLKLORE_COLOUR, linewidth=1.6, label="folklore: valid to 0.3 … 0.4")
+    figure.legend(handles=[*lines, band], loc="outside upper center", ncols=4, frameon=False)
+    words = f"{designs} designs; the simple model fails from the first error above {percent(float(tolerance.min()))}."
+    write_footer(figure, words)
+    return figure
+
+
+def _draw(ax: Axes, gamma: Array, limit: Array, end: float) -> Any:
+    mu, values = np.linspace(0.0, end, STEPS + 1), np.unique(gamma)
+    if len(values) > MOST_BINS:
+        edges = np.linspace(values[0], values[-1], MOST_BINS + 1)
+        values, gamma = 0.5 * (edges[1:] + edges[:-1]), np.clip(np.searchsorted(edges, gamma) - 1, 0, MOST_BINS - 1)
+        member = [gamma == k for k in range(MOST_BINS)]
+    else:
+        member = [gamma == value for value in values]
+    there = [k for k, own in enumerate(member) if own.any()]
+    held = np.stack([_holding(limit[member[k]], mu) for k in there])
+    image = ax.pcolormesh(mu, values[there], held, cmap=_shades(), vmin=0.0, vmax=1.0, shading="nearest",
+                          rasterized=True)  # fmt: skip
+    for share, style in SHARES.items():
+        ax.contour(mu, values[there], held, levels=[share], colors=DARK, linewidths=1.0, linestyles=[style])
+    low, high = FOLKLORE
+    for place in (low, high):
+        ax.axvline(place, color=FOLKLORE_COLOUR, lw=1.6, zorder=3.0)
+    ax.set(xlim=(0.0, end), ylim=(values[there[0]], values[there[-1]]))
+    return image
+
+
+def _shades() -> ListedColormap:
+    """White to a blue on which dark lines are seen."""
+    return ListedColormap(matplotlib.colormaps["Blues"](np.linspace(0.0, 0.7, 256)))
+
+
+def _holding(limit: Array, mu: Array) -> Array:
+    """The share of limits beyond each μ."""
+    return 1.0 - np.searchsorted(np.sort(limit), mu, side="right") / len(limit)
