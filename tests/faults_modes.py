@@ -71,6 +71,9 @@ dissimilar = (
            "np.block([[t, np.zeros((N, N))], [slope, t]])", "np.block([[t, np.zeros((N, N))], [0 * slope, t]])", EACH),
     Mutant("modes called after the blade they are not on", VECTORS,
            "np.argmax(_shares(motion), axis=1)", "np.argmin(_shares(motion), axis=1)", EACH),
+    Mutant("rates of blades in another order", RATES,
+           "order = np.reshape([paired(a, b, 1.0) for a, b in pairs], own.shape)",
+           "order = np.reshape([np.arange(len(b)) for a, b in pairs], own.shape)", EACH),
     Mutant("events of every blade in the first columns", TRACKS,
            "(event.modes[0] + 2 * i, event.modes[1] + 2 * i)", "(event.modes[0], event.modes[1])", EACH),
 )  # fmt: skip

@@ -21,7 +21,7 @@ from floquet.modes import modes
 from floquet.periodic import PeriodicSystem
 from floquet.response import step_response
 from floquet.rotor import Rotor
-from floquet.sensitivity import plane_sensitivities
+from floquet.sensitivity import of_system, plane_sensitivities, sensitivities
 from floquet.tracking import track
 from floquet.validity import lock_windows
 from tests.support import distances
@@ -281,6 +281,34 @@ def test_tracks_go_blade_by_blade() -> None:
 def test_tracks_of_a_changing_number_of_blades_are_refused() -> None:
     with pytest.raises(ParameterError, match="3 blades at one value and 2 at"):
         track(lambda m: multiblade(mixed(3 if m == 0.4 else 2), m), [0.0, 0.4])
+
+
+def test_rates_are_those_of_each_blade_where_some_are_alike() -> None:
+    """Rotors of two cases with two blades alike: their exponents coincide, their rates are still known."""
+    blades = [ROTOR, ROTOR, ROTOR.replace(lock_number=np.array([6.0, 9.0]))]
+    mu = np.array([[0.2], [0.3], [0.4]])
+    found = sensitivities(blades, mu)
+    eta = found.stability.exponents
+    assert eta.shape == (3, 2, 6) and found.rates.shape == (3 * 9 + 1, 3, 2, 6) and found.trusted.all()
+    for i, b in enumerate(blades):
+        one = sensitivities(b, mu)
+        rates = found[f"hinge_stiffness {i}"]
+        for case in np.ndindex(3, 2):
+            mine = np.flatnonzero(rates[case])
+            assert len(mine) == 2
+            at = (case[0], case[1] if i == 2 else 0)
+            own = np.asarray(one.stability.exponents)[at]
+            assert distances(eta[case][mine], own, 1.0).max() < 1e-12
+            for name in ("hinge_stiffness", "lock_number", "hinge_offset"):
+                assert distances(found[f"{name} {i}"][case][mine], one[name][at]).max() < 1e-13
+            assert distances(found["advance_ratio"][case][mine], one["advance_ratio"][at]).max() < 1e-13
+
+
+def test_rates_of_all_coordinates_are_those_blade_by_blade() -> None:
+    found, whole = sensitivities(mixed(3), 0.2), of_system(multiblade(mixed(3), 0.2))
+    for i in range(3):
+        row = whole.parameters.index(f"lock_number {i}")
+        assert np.all(np.abs(whole.rates[row] - found[f"lock_number {i}"]) <= whole.errors[row] + 1e-14)
 
 
 # ---------------------------------------------------------------------- averages
