@@ -38,8 +38,9 @@ Inputs of a rotor (controls, inflow, body motion) have names and units in :mod:`
 
 Reading order, which is the order in which data flow (nothing imports against it)::
 
-    errors, tomlfile, rotorfile, rotor → verdict → periodic → models → kernels → collocation → period_map → passage
-                            → koopman → certify → exponents → modes → comparison → sensitivity → tracking
+    errors, environment, tomlfile, rotorfile, rotor → verdict → periodic → models → kernels → collocation
+                            → period_map → passage → koopman → certify → exponents → modes → comparison
+                            → sensitivity → tracking
                             → validity → response → decoupling
                             → sweep → families → chunks → store → studyfile → study → export → query
                             → plot → report → exhibits → cli
@@ -59,21 +60,30 @@ if TYPE_CHECKING:
     from floquet.decoupling import control_mixing, rate_feedback
     from floquet.exponents import stability
     from floquet.models import averaged, flapping, hover_modes, multiblade, teetering, tip_path_plane
-    from floquet.periodic import PeriodicSystem
+    from floquet.periodic import PeriodicMatrix, PeriodicSystem
     from floquet.query import open_database
     from floquet.response import periodic_response, reduced_order, steady_state, step_response
     from floquet.rotor import Hub, Rotor, load_rotor
     from floquet.sensitivity import sensitivities
     from floquet.sweep import sweep
     from floquet.tracking import track
-    from floquet.validity import instability_onset, lock_windows, validity_intervals, validity_limit
+    from floquet.validity import (
+        boundaries,
+        instability_onset,
+        lock_windows,
+        transitions,
+        validity_intervals,
+        validity_limit,
+    )
 
 __version__ = "0.1.0"
 
 __all__ = [
     "Rotor", "Hub", "load_rotor",
-    "PeriodicSystem", "flapping", "teetering", "multiblade", "tip_path_plane", "averaged", "hover_modes",
+    "PeriodicSystem", "PeriodicMatrix",
+    "flapping", "teetering", "multiblade", "tip_path_plane", "averaged", "hover_modes",
     "stability", "compare", "validity_limit", "validity_intervals", "lock_windows", "instability_onset",
+    "transitions", "boundaries",
     "sensitivities", "track",
     "steady_state", "periodic_response", "step_response", "reduced_order", "control_mixing", "rate_feedback",
     "sweep", "open_database",
@@ -81,13 +91,13 @@ __all__ = [
 
 _HOME = {
     "Rotor": "rotor", "Hub": "rotor", "load_rotor": "rotor",
-    "PeriodicSystem": "periodic",
+    "PeriodicSystem": "periodic", "PeriodicMatrix": "periodic",
     "flapping": "models", "teetering": "models", "multiblade": "models", "tip_path_plane": "models",
     "averaged": "models", "hover_modes": "models",
     "stability": "exponents",
     "compare": "comparison",
     "validity_limit": "validity", "validity_intervals": "validity", "lock_windows": "validity",
-    "instability_onset": "validity",
+    "instability_onset": "validity", "transitions": "validity", "boundaries": "validity",
     "sensitivities": "sensitivity", "track": "tracking",
     "steady_state": "response", "periodic_response": "response", "step_response": "response",
     "reduced_order": "response",

@@ -22,6 +22,7 @@ from typing import TYPE_CHECKING, Any, NoReturn, TypeVar
 import click
 
 from floquet import __version__
+from floquet.environment import check_environment
 from floquet.errors import (
     DamageError,
     FailedError,
@@ -106,7 +107,7 @@ tolerance_flags = options(
     ),
     click.option("--metric", type=METRICS, default="relative", show_default=True, help="How the error is measured."),
     click.option("--mode", "modes", type=MODES, multiple=True, help="Only this mode (may be repeated)."),
-    click.option("--mu-max", type=float, default=1.0, show_default=True, help="Last advance ratio looked at."),
+    click.option("--mu-max", type=float, help="Last advance ratio looked at (left out: 1)."),
 )
 
 
@@ -145,6 +146,7 @@ def command() -> None:
 
     A rotor comes from a TOML file, from flags such as --lock-number 8, or from both: flags override the file.
     """
+    check_environment()
 
 
 def given(values: Mapping[str, Any], names: Sequence[str]) -> dict[str, Any]:
@@ -175,7 +177,9 @@ def asked(one: Rotor, advance_ratio: float | None, knots: float | None) -> float
     if advance_ratio is not None:
         raise InputError("--knots and --advance-ratio ask for the same: give one of them")
     if not (0.0 <= knots < math.inf):
-        raise ParameterError("knots", knots, "a speed is a finite number of knots, 0 or more")
+        raise ParameterError(
+            "knots", knots, f"{knots:g} was given; a speed is a finite number of knots, 0 or more: check the sign"
+        )
     missing = [name for name in ("rotor_speed", "radius") if not getattr(one, name)]
     if missing:
         flags = " and ".join(flag(name) for name in missing)
@@ -289,7 +293,7 @@ def analyse(
 @output_flags
 def validity(
     files: tuple[str, ...], advance_ratio: float | None, knots: float | None, style: str | None, tolerance: float,
-    metric: str, modes: tuple[str, ...], mu_max: float, **values: Any,
+    metric: str, modes: tuple[str, ...], mu_max: float | None, **values: Any,
 ) -> None:  # fmt: skip
     """Where the simple model stops being valid, and why.
 
@@ -298,12 +302,12 @@ def validity(
     settings: dict[str, Any] = {"tolerance": tolerance, "metric": metric, "modes": modes}
     stored = [file for file in files if not file.endswith(".toml") and Path(file).is_file()]
     if stored:
-        speed = {"advance_ratio": advance_ratio, "knots": knots}
+        speed = {"advance_ratio": advance_ratio, "knots": knots, "mu_max": mu_max}
         flags = given({**values, **speed}, [*values, *speed])
         _stored_limits(files, stored[0], list(flags), style, **settings)
         return
     rotors = [rotor_of(file, values) for file in files or [None]]
-    settings |= {"mu_max": mu_max} | given(values, PHYSICS)
+    settings |= {"mu_max": 1.0 if mu_max is None else mu_max} | given(values, PHYSICS)
     speeds = [mu for one in rotors if (mu := asked(one, advance_ratio, knots)) is not None]
     if speeds:
         _verdicts(rotors, speeds, style, **settings)
@@ -402,8 +406,11 @@ def _run(loaded: Study, output: str, resume: bool, workers: int | None, style: s
 
 
 def separated(given: Sequence[str]) -> list[str]:
-    """Names that were given with commas between, or by several options."""
-    return [name.strip() for part in given for name in part.split(",") if name.strip()]
+    """Columns that were given with commas between, or by several options."""
+    names = [name.strip() for part in given for name in part.split(",") if name.strip()]
+    if given and not names:
+        raise InputError("--columns is empty: name columns with commas between, '*' for all, or leave it out")
+    return names
 
 
 def processors() -> int:

@@ -29,15 +29,15 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from .errors import FloquetWarning, ParameterError, did_you_mean
-from .exponents import Stability, stability
+from .exponents import BEYOND, Stability, stability
 from .kernels import pairing, worth_compiling
 from .kernels.quadratics import ANGLES, in_order, roots
 from .models import PhysicsKeywords, teetering
 from .models.flapping import blade
-from .models.physics import advance_ratios, one_rotor
+from .models.physics import advance_ratios
 from .models.tip_path_plane import averaged_of, plane_of
 from .periodic import PeriodicMatrix, PeriodicSystem
-from .rotor import Hub, Rotor, Word
+from .rotor import Hub, Rotor, Word, require_rotor
 
 __all__ = [
     "Cause",
@@ -161,10 +161,12 @@ def compare(
     mu = advance_ratios(advance_ratio)
     warn_of_few_blades(rotor, kind, stacklevel=3)
     one = (teetering if kind == "teetering" else blade)(rotor, mu, **options)
-    simple = _simplified(one, harmonics, kind)
+    with np.errstate(**BEYOND):
+        simple = _simplified(one, harmonics, kind)
     modes = mode_orders(harmonics, kind)
     exact = stability(one, map=map, check=check, certify=certify)
-    return _matched(exact, eigenvalues(simple), modes, differential(simple, rotor, kind))
+    with np.errstate(**BEYOND):
+        return _matched(exact, eigenvalues(simple), modes, differential(simple, rotor, kind))
 
 
 def warn_of_few_blades(rotor: Rotor, model: Model, *, stacklevel: int) -> None:
@@ -180,6 +182,7 @@ def warn_of_few_blades(rotor: Rotor, model: Model, *, stacklevel: int) -> None:
 
 def exact_model(rotor: Rotor, model: str | None = None) -> Model:
     """The exact model's name: as asked, or after the hub."""
+    require_rotor(rotor)
     if model is not None and model not in MODELS:
         raise ParameterError(
             "model",
@@ -187,7 +190,7 @@ def exact_model(rotor: Rotor, model: str | None = None) -> Model:
             f"{model!r} is not a model{did_you_mean(str(model), MODELS)}; give 'flapping' or 'teetering'",
         )
     if model is None:
-        return "teetering" if one_rotor(rotor).hub == Hub.TEETERING else "flapping"
+        return "teetering" if rotor.hub == Hub.TEETERING else "flapping"
     return "teetering" if model == "teetering" else "flapping"
 
 
@@ -287,7 +290,7 @@ def _paired(
     points = math.prod(shape)
     state = np.empty((4, *shape))
     state[:2], state[2], state[3] = np.moveaxis(eta.real, -1, 0), exact.rotation_number, exact.lock
-    values = np.moveaxis(np.broadcast_to(simple, (*shape, 2 * len(orders))), -1, 0).reshape(-1, points)
+    values = np.moveaxis(np.broadcast_to(simple, (*shape, 2 * len(orders))), -1, 0).reshape(2 * len(orders), points)
     found = pairing.paired(state.reshape(4, points), values, orders)
     return tuple(_mode(name, found, i, shape, exact.lock) for i, name in enumerate(names))
 

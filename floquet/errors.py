@@ -19,6 +19,7 @@ Every message is one sentence or two: what was given, the rule, the likely cause
 from __future__ import annotations
 
 import difflib
+import os
 from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -36,6 +37,7 @@ __all__ = [
     "StorageError",
     "FloquetWarning",
     "did_you_mean",
+    "file_name",
 ]
 
 
@@ -128,6 +130,14 @@ class StorageError(FailedError):
 
 class FloquetWarning(UserWarning):
     """A result that is right for what was asked, where something else was probably meant."""
+
+
+def file_name(path: Any) -> Path:
+    """The path of a file that was named."""
+    if not isinstance(path, str | os.PathLike) or not os.fspath(path):
+        given = "an empty name" if path == "" else repr(path)
+        raise ParameterError("file", path, f"{given} was given; it must be the name of a file, a text or a path")
+    return Path(path)
 
 
 def did_you_mean(word: str, known: Iterable[str]) -> str:

@@ -19,10 +19,12 @@ A :class:`PeriodicSystem` is ``q'' + D q' + K q = F u`` or ``x' = A x + F u``; p
 from __future__ import annotations
 
 import math
+import reprlib
 from collections.abc import Callable, Hashable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from functools import cache
+from numbers import Real
 from typing import Any
 
 import numpy as np
@@ -59,16 +61,50 @@ class PeriodicMatrix:
 
     __array_ufunc__ = None  # let ``array * matrix`` reach __rmul__
 
+    def __post_init__(self) -> None:
+        c = self.coefficients
+        if not (isinstance(c, np.ndarray) and c.ndim >= 4 and c.shape[-3] % 2):
+            raise ParameterError(
+                "coefficients",
+                c,
+                f"{_described(c)} was given; it must be an array (…, pieces, 2H+1, n, m): "
+                "make it with PeriodicMatrix.constant, harmonic, scalar or pieces",
+            )
+        if not _is_length(self.period):
+            raise _no_period(self.period, "give the positive angle of harmonic 1")
+        if not (self.edges is None or isinstance(self.edges, np.ndarray)):
+            raise ParameterError(
+                "edges",
+                self.edges,
+                f"{_described(self.edges)} was given; it must be an array: use PeriodicMatrix.pieces",
+            )
+
     # ------------------------------------------------------------------ making
     @staticmethod
     def constant(value: ArrayLike, period: float = TWO_PI) -> PeriodicMatrix:
         """A matrix (..., n, m) that does not change."""
-        return PeriodicMatrix(_numbers(value)[..., None, None, :, :], period)
+        return PeriodicMatrix(_matrix(_numbers(value))[..., None, None, :, :], period)
 
     @staticmethod
     def harmonic(order: int, cosine: ArrayLike, sine: ArrayLike, period: float = TWO_PI) -> PeriodicMatrix:
-        """``cosine cos(order ω ψ) + sine sin(order ω ψ)`` for matrices (..., n, m) and order ≥ 1."""
-        c, s = np.broadcast_arrays(*_alike(_numbers(cosine), _numbers(sine)))
+        """``cosine cos(order ω ψ) + sine sin(order ω ψ)`` for matrices (..., n, m), or 0 for none, and order ≥ 1."""
+        if isinstance(order, bool) or not isinstance(order, (int, np.integer)) or order < 1:
+            raise ParameterError(
+                "order",
+                order,
+                f"{reprlib.repr(order)} is no harmonic: give a whole number from 1, and add PeriodicMatrix.constant "
+                "for the mean",
+            )
+        c, s = _alike(_numbers(cosine, "cosine"), _numbers(sine, "sine"))
+        if c.ndim and s.ndim and _matrix(c, "cosine").shape[-2:] != _matrix(s, "sine").shape[-2:]:
+            raise ParameterError(
+                "sine",
+                s.shape,
+                f"a sine of {_size(s)} was given beside a cosine of {_size(c)}: give both one size, or 0 for none",
+            )
+        _together("sine", c.shape, s.shape)
+        c, s = np.broadcast_arrays(c, s)
+        _matrix(c, "cosine")
         out = _zeros(c.shape[:-2], (1, 2 * order + 1, *c.shape[-2:]), np.result_type(c, s))
         out[..., 0, 2 * order - 1, :, :], out[..., 0, 2 * order, :, :] = c, s
         return PeriodicMatrix(out, period)
@@ -82,13 +118,19 @@ class PeriodicMatrix:
         period: float = TWO_PI,
     ) -> PeriodicMatrix:
         """The 1×1 matrix ``mean + Σ cosines[n-1] cos nωψ + sines[n-1] sin nωψ``; entries broadcast over cases."""
+        for name, given in (("cosines", cosines), ("sines", sines)):
+            if isinstance(given, str) or not hasattr(given, "__len__"):
+                raise ParameterError(
+                    name,
+                    given,
+                    f"{_described(given)} was given; it must be a list with one entry a harmonic: write {name}=[…]",
+                )
         order = max(len(cosines), len(sines))
-        rows = [_numbers(mean), *([np.zeros(())] * (2 * order))]
-        rows[1 : 2 * len(cosines) : 2] = [_numbers(c) for c in cosines]
-        rows[2 : 2 * len(sines) + 1 : 2] = [_numbers(s) for s in sines]
+        rows = [_numbers(mean, "mean"), *([np.zeros(())] * (2 * order))]
+        rows[1 : 2 * len(cosines) : 2] = [_numbers(c, "cosines") for c in cosines]
+        rows[2 : 2 * len(sines) + 1 : 2] = [_numbers(s, "sines") for s in sines]
         rows = _alike(*rows)
-        shape = np.broadcast_shapes(*(r.shape for r in rows))
-        out = _zeros(shape, (1, 2 * order + 1, 1, 1), np.result_type(*rows))
+        out = _zeros(_together("mean", *(r.shape for r in rows)), (1, 2 * order + 1, 1, 1), np.result_type(*rows))
         for n, row in enumerate(rows):
             out[..., 0, n, 0, 0] = row
         return PeriodicMatrix(out, period)
@@ -111,26 +153,38 @@ class PeriodicMatrix:
     @staticmethod
     def assemble(blocks: Sequence[Sequence[PeriodicMatrix | None]]) -> PeriodicMatrix:
         """The block matrix of ``blocks`` (None is zero); every row and column needs at least one block."""
+        _check_blocks(blocks)
         heights = [next(b.shape[0] for b in row if b is not None) for row in blocks]
         widths = [next(b.shape[1] for b in column if b is not None) for column in zip(*blocks, strict=True)]
         total = PeriodicMatrix.constant(np.zeros((sum(heights), sum(widths))), _first(blocks).period)
         for i, row in enumerate(blocks):
             for j, block in enumerate(row):
                 if block is not None:
+                    _check_size("blocks", block, (heights[i], widths[j]))
                     total = total + block.embedded(sum(heights[:i]), sum(widths[:j]), sum(heights), sum(widths))
         return total
 
     @staticmethod
     def pieces(parts: Sequence[PeriodicMatrix], edges: ArrayLike) -> PeriodicMatrix:
         """One single-piece matrix after another, with ``edges`` (..., len(parts)+1) from 0 to the period."""
+        if not len(parts):
+            raise ParameterError("parts", parts, "there is no piece: give one matrix or more, and the edges of each")
+        for part in parts:
+            _check_matrix("parts", part)
+            _check_size("parts", part, parts[0].shape)
+            if part.edges is not None or part.period != parts[0].period:
+                raise ParameterError(
+                    "parts",
+                    part,
+                    "the pieces must be single ones, without edges of their own, and have one period: give each "
+                    "piece as it would go on over the whole period, with that period",
+                )
+        ends = _edges(edges, len(parts), parts[0].period)
         order = max(p.order for p in parts)
         wide = [p.widened(order).coefficients for p in parts]
-        shape = np.broadcast_shapes(*(w.shape for w in wide))
-        return PeriodicMatrix(
-            np.concatenate([np.broadcast_to(w, shape) for w in wide], axis=-4),
-            parts[0].period,
-            np.asarray(edges, float),
-        )
+        shape = _together("parts", *(w.shape for w in wide))
+        whole = np.concatenate([np.broadcast_to(w, shape) for w in wide], axis=-4)
+        return PeriodicMatrix(whole, parts[0].period, ends)
 
     # ------------------------------------------------------------------ shape
     @property
@@ -202,6 +256,7 @@ class PeriodicMatrix:
     # ------------------------------------------------------------------ algebra
     def __add__(self, other: PeriodicMatrix) -> PeriodicMatrix:
         a, b = on_common_pieces(self, other)
+        _check_size("matrix", b, a.shape)
         long, short = _alike(*sorted((a.coefficients, b.coefficients), key=lambda c: -c.shape[-3]))
         if long.shape[-3] == short.shape[-3]:
             return replace(a, coefficients=long + short)
@@ -216,8 +271,11 @@ class PeriodicMatrix:
 
     def __rmul__(self, factor: ArrayLike) -> PeriodicMatrix:
         """Scale by one number a case."""
-        scale, c = _alike(np.asarray(factor), self.coefficients)
+        scale, c = _alike(_numbers(factor, "factor"), self.coefficients)
         return replace(self, coefficients=scale[..., None, None, None, None] * c)
+
+    def __mul__(self, factor: ArrayLike) -> PeriodicMatrix:
+        return self.__rmul__(factor)
 
     def __truediv__(self, divisor: int) -> PeriodicMatrix:
         """Divide by a whole number, which keeps exact coefficients exact."""
@@ -225,6 +283,7 @@ class PeriodicMatrix:
 
     def __matmul__(self, other: PeriodicMatrix) -> PeriodicMatrix:
         a, b = on_common_pieces(self, other)
+        _check_size("matrix", b, (a.shape[1], b.shape[1]))
         return replace(a, coefficients=_product(*_alike(a.coefficients, b.coefficients)))
 
     def transpose(self) -> PeriodicMatrix:
@@ -348,10 +407,190 @@ class PeriodicMatrix:
         return np.stack(np.broadcast_arrays(*steps), axis=-3)
 
 
-def _numbers(value: ArrayLike) -> NDArray[Any]:
+# ---------------------------------------------------------------------- what was given
+def _described(value: Any) -> str:
+    """A value in a few words."""
+    if isinstance(value, np.ndarray):
+        return f"an array of shape {value.shape}"
+    return f"{'an' if type(value).__name__[0] in 'aeiou' else 'a'} {type(value).__name__}, {reprlib.repr(value)},"
+
+
+def _size(matrix: Any) -> str:
+    """``2×3``"""
+    return "×".join(map(str, matrix.shape[-2:]))
+
+
+def _numbers(value: ArrayLike, name: str = "value") -> NDArray[Any]:
     """Doubles, or exact or complex numbers as they are."""
-    array = np.asarray(value)
-    return array if array.dtype.kind in "Oc" else array.astype(float, copy=False)
+    try:
+        array = np.asarray(value)
+    except ValueError:
+        raise ParameterError(
+            name, value, "rows of unequal length were given: every row of a matrix has as many entries"
+        ) from None
+    if array.dtype != object and array.dtype.kind in "fiubc":
+        return array if array.dtype.kind == "c" else array.astype(float, copy=False)
+    exact = array.dtype == object and all(hasattr(x, "__truediv__") for x in array.flat)
+    if not exact or any(isinstance(x, PeriodicMatrix) for x in array.flat):
+        raise ParameterError(name, value, f"{_described(value)} was given; it must be real numbers")
+    return array
+
+
+def _real_numbers(array: NDArray[Any], name: str) -> NDArray[Any]:
+    """What is not complex: numbers with an imaginary part are for rates only."""
+    if array.dtype.kind == "c" or (array.dtype == object and any(isinstance(x, complex) for x in array.flat)):
+        raise ParameterError(
+            name,
+            array.shape,
+            "complex numbers were given, and the theory here is of real equations: "
+            "write x = u + iv as the real equations of u and v",
+        )
+    return array
+
+
+def _matrix(array: NDArray[Any], name: str = "value") -> NDArray[Any]:
+    """A matrix (..., n, m)."""
+    if array.ndim < 2:
+        raise ParameterError(
+            name,
+            array.shape,
+            f"an array of shape {array.shape} is no matrix: give (…, n, m), and [[a]] for a single entry",
+        )
+    return array
+
+
+def _together(name: str, *shapes: tuple[int, ...]) -> tuple[int, ...]:
+    """The shape that shapes broadcast to."""
+    try:
+        return np.broadcast_shapes(*shapes)
+    except ValueError:
+        given = ", ".join(map(str, dict.fromkeys(shapes)))
+        raise ParameterError(
+            name, shapes, f"the shapes {given} do not broadcast: cases are leading axes of one length, or of length 1"
+        ) from None
+
+
+def _check_matrix(name: str, value: Any) -> None:
+    """A PeriodicMatrix."""
+    if not isinstance(value, PeriodicMatrix):
+        raise ParameterError(
+            name,
+            value,
+            f"{_described(value)} was given; it must be a PeriodicMatrix: "
+            "PeriodicMatrix.constant(array) is one that does not change",
+        )
+
+
+def _check_size(name: str, matrix: PeriodicMatrix, shape: tuple[int, int]) -> None:
+    """Rows and columns that fit."""
+    if matrix.shape != shape:
+        raise ParameterError(
+            name, matrix.shape, f"a matrix of {_size(matrix)} stands where one of {shape[0]}×{shape[1]} fits"
+        )
+
+
+def _check_blocks(blocks: Sequence[Sequence[PeriodicMatrix | None]]) -> None:
+    """Rows of one length, with a block in every row and column."""
+    if len(blocks) == 0 or not all(isinstance(row, Sequence) and row for row in blocks):
+        raise ParameterError("blocks", blocks, "there is no block: give rows of blocks, [[A, B], [C, None]]")
+    if len({len(row) for row in blocks}) > 1:
+        raise ParameterError("blocks", blocks, "rows of unequal length were given: write None for a block of zeros")
+    for line in (*blocks, *zip(*blocks, strict=True)):
+        if all(block is None for block in line):
+            raise ParameterError(
+                "blocks",
+                blocks,
+                "a row or column has None only, which has no size: give a PeriodicMatrix.constant of zeros in it",
+            )
+        for block in line:
+            if block is not None:
+                _check_matrix("blocks", block)
+
+
+def _edges(given: ArrayLike, pieces: int, period: float) -> Array:
+    """Edges (..., pieces+1) that go up from 0 to the period; a piece may have no length."""
+    edges = np.asarray(_real_numbers(_numbers(given, "edges"), "edges"), float)
+    if edges.ndim == 0 or edges.shape[-1] != pieces + 1:
+        count = edges.shape[-1] if edges.ndim else 1
+        raise ParameterError(
+            "edges", given, f"{count} edges were given for {pieces} pieces: give {pieces + 1}, from 0 to {period:g}"
+        )
+    slack = 1e-12 * period  # rounding
+    fits = np.all(edges[..., 0] == 0) and np.all(np.abs(edges[..., -1] - period) <= slack)
+    if not (fits and np.all(np.diff(edges) >= -slack)):
+        raise ParameterError(
+            "edges",
+            given,
+            f"{reprlib.repr(np.asarray(given).tolist())} was given; edges go up from 0 to the period of the pieces, "
+            f"{period:.17g}: sort them, and turn the start so that an edge is at 0",
+        )
+    return edges
+
+
+def _check_callable(A: Any) -> None:
+    """A function of time."""
+    if not callable(A):
+        raise ParameterError(
+            "A",
+            A,
+            f"{_described(A)} was given; it must be a function of t: give matrices by PeriodicSystem(matrix=…)",
+        )
+
+
+def _is_length(value: Any, *, or_nan: bool = False) -> bool:
+    """Whether a value is a positive finite number, or nan."""
+    return isinstance(value, Real) and (0 < float(value) < math.inf or (or_nan and math.isnan(value)))
+
+
+def _no_period(value: Any, way_out: str) -> ParameterError:
+    return ParameterError("period", value, f"{reprlib.repr(value)} is no period: {way_out}")
+
+
+def _kinks(given: ArrayLike | None, period: float) -> Array:
+    """Kinks within the period, in order."""
+    kinks = _real_numbers(_numbers(() if given is None else given, "kinks"), "kinks")
+    if not np.all(np.isfinite(kinks)):
+        raise ParameterError(
+            "kinks", given, f"{reprlib.repr(given)} was given; kinks are finite times at which A(t) is not smooth"
+        )
+    inner = np.unique(np.mod(kinks, period))
+    return inner[inner > 0]
+
+
+def _samples(A: Callable[[float], ArrayLike], times: Array) -> Array:
+    """A at one time after another, (..., times, n, n)."""
+    values = [_square(_real(A(float(t)))) for t in times]
+    shapes = {value.shape for value in values}
+    if len(shapes) > 1:
+        raise ParameterError(
+            "A",
+            shapes,
+            f"A(t) gave arrays of shapes {' and '.join(map(str, sorted(shapes)))}: it must have one shape at every t",
+        )
+    return np.stack(values, axis=-3)
+
+
+def _real(value: ArrayLike) -> Array:
+    """What A(t) gave, as real numbers."""
+    if value is None:
+        raise ParameterError("A", None, "A(t) gave None, not a matrix: see whether the function returns its result")
+    return np.asarray(_real_numbers(_numbers(value, "A"), "A"), float)
+
+
+def _is_square(matrix: Array) -> bool:
+    return matrix.shape[-1] == matrix.shape[-2] > 0
+
+
+def _square(matrix: Array) -> Array:
+    """A matrix (..., n, n) that A(t) gave."""
+    if matrix.ndim < 2 or not _is_square(matrix):
+        raise ParameterError(
+            "A", matrix.shape, f"A(t) gave an array of shape {matrix.shape}: it must be square, (…, n, n)"
+        )
+    return matrix
+
+
+# ---------------------------------------------------------------------- arithmetic
 
 
 def fractions(values: NDArray[Any]) -> NDArray[Any]:
@@ -462,27 +701,6 @@ def _turned(angle: float) -> tuple[float, float]:
     return math.cos(angle), math.sin(angle)
 
 
-def _real(value: ArrayLike) -> Array:
-    """An array of real numbers."""
-    array = np.asarray(value)
-    if array.dtype.kind not in "fiub":
-        raise ParameterError(
-            "A",
-            array.dtype,
-            f"A(t) gave values of type {array.dtype}, not real numbers: split a complex system into parts",
-        )
-    return array.astype(float)
-
-
-def _square(matrix: Array) -> Array:
-    """A matrix (..., n, n)."""
-    if matrix.ndim < 2 or matrix.shape[-1] != matrix.shape[-2]:
-        raise ParameterError(
-            "A", matrix.shape, f"A(t) gave an array of shape {matrix.shape}: it must be square, (…, n, n)"
-        )
-    return matrix
-
-
 def _added(terms: NDArray[Any], axis: int) -> NDArray[Any]:
     """Sum along an axis in order: NumPy's own order depends on the number of cases, and so would the last bit."""
     parts = np.moveaxis(terms, axis, 0)
@@ -502,6 +720,8 @@ def _first(blocks: Sequence[Sequence[PeriodicMatrix | None]]) -> PeriodicMatrix:
 
 def on_common_pieces(a: PeriodicMatrix, b: PeriodicMatrix) -> tuple[PeriodicMatrix, PeriodicMatrix]:
     """Both matrices on the union of their edges."""
+    for matrix in (a, b):
+        _check_matrix("matrix", matrix)
     if a.period != b.period:
         raise ParameterError(
             "period", (a.period, b.period), f"matrices of periods {a.period:g} and {b.period:g} cannot be combined"
@@ -678,15 +898,69 @@ class PeriodicSystem:
             raise ParameterError(
                 "PeriodicSystem", None, "give exactly one of stiffness (second order), matrix or function (first order)"
             )
-        if not (math.isnan(self.period) or (math.isfinite(self.period) and self.period > 0)):
+        if not _is_length(self.period, or_nan=True):
+            raise _no_period(self.period, "give a positive angle, or nan for a constant system")
+        if self.function is not None:
+            self._check_function()
+        self._check_matrices()
+        if self.inputs is not None and not callable(self.inputs):
             raise ParameterError(
-                "period",
-                self.period,
-                f"{self.period} is no period: give a positive angle, or nan for a constant system",
+                "inputs",
+                self.inputs,
+                f"{_described(self.inputs)} was given; it must be a function that gives F: write inputs=lambda: F",
             )
+        if self.twist is not None:
+            object.__setattr__(self, "twist", self._twist())
         for part in (self.damping, self.stiffness, self.matrix):
             if part is not None and not self.constant:
                 self._check_period(part)
+
+    def _check_function(self) -> None:
+        """A(t), its kinks and its period."""
+        _check_callable(self.function)
+        if self.constant:
+            raise _no_period(self.period, "give the positive time after which A(t) repeats")
+        object.__setattr__(self, "kinks", _kinks(self.kinks, self.period))
+
+    def _check_matrices(self) -> None:
+        """Square ones of one size, with cases that broadcast."""
+        parts = {n: p for n in ("damping", "stiffness", "matrix") if (p := getattr(self, n)) is not None}
+        if self.damping is not None and self.stiffness is None:
+            raise ParameterError("damping", self.damping, "damping goes with stiffness: put it into the matrix A")
+        if self.kinks is not None and parts:
+            raise ParameterError("kinks", self.kinks, "kinks go with a function: PeriodicMatrix.pieces has edges")
+        for name, part in parts.items():
+            _check_matrix(name, part)
+            _real_numbers(part.coefficients, name)
+            if part.shape[0] != part.shape[1] or not part.shape[0]:
+                raise ParameterError(
+                    name, part.shape, f"a matrix of {_size(part)} was given; it must be square, n×n for n coordinates"
+                )
+            if part.edges is not None:
+                _edges(part.edges, max(part.coefficients.shape[-4], part.edges.shape[-1] - 1), part.period)
+        if self.damping is not None and self.stiffness is not None:
+            _check_size("damping", self.damping, self.stiffness.shape)
+            _together("damping", self.damping.cases, self.stiffness.cases)
+
+    def _twist(self) -> Array:
+        """S as it is kept: a sign for every state, of q and q' alike."""
+        n = self.states
+        given: Any = self.twist
+        twist: Array = np.asarray(_real_numbers(_numbers(given, "twist"), "twist"), np.float64)
+        if twist.shape != (n,) or not np.all(np.abs(twist) == 1):
+            raise ParameterError(
+                "twist",
+                self.twist,
+                f"{reprlib.repr(twist.tolist())} was given; a twist is {n} numbers 1 or -1, one a state",
+            )
+        if self.second_order and not np.array_equal(twist[: n // 2], twist[n // 2 :]):
+            raise ParameterError(
+                "twist",
+                self.twist,
+                f"{reprlib.repr(twist.tolist())} turns a coordinate and not its rate: give the signs of q and again "
+                "for q'",
+            )
+        return twist
 
     def __getattr__(self, name: str) -> Any:
         """``damping`` and ``stiffness`` of an equation, at their first use."""
@@ -709,15 +983,28 @@ class PeriodicSystem:
                 f"{self.period:g} is no period of coefficients that repeat after {part.period:g}: "
                 "give theirs, or a fraction of it in which they repeat",
             )
-        if ratio < 0.75 and part.edges is None and self.twist is None:
-            order = (np.arange(2 * part.order + 1) + 1) // 2
-            stray = np.abs(part.coefficients[..., order % whole != 0, :, :])
-            if stray.size and stray.max() > 1e-12 * np.abs(part.coefficients).max():
-                raise ParameterError(
-                    "period",
-                    self.period,
-                    f"the coefficients do not repeat after {self.period:g}: they have odd harmonics",
-                )
+        if part.edges is None and (ratio < 0.75 or self.twist is not None):
+            self._check_turned(part, 1 if ratio > 0.75 else whole)
+
+    def _check_turned(self, part: PeriodicMatrix, whole: int) -> None:
+        """A(ψ + period) = S A(ψ) S⁻¹, for a period that is 1/whole of the coefficients'."""
+        signs = np.ones(self.states) if self.twist is None else self.twist
+        same = np.equal.outer(signs, signs)[: self.degrees, : self.degrees]
+        order = (np.arange(2 * part.order + 1) + 1) // 2
+        stays, turns = order % whole == 0, 2 * order % (2 * whole) == whole  # after the period: times 1, times -1
+        allowed = (stays[:, None, None] & same) | (turns[:, None, None] & ~same)
+        stray = np.abs(np.where(allowed, 0, part.coefficients))
+        if stray.size and stray.max() > 1e-12 * np.abs(part.coefficients).max():
+            raise ParameterError(
+                "period" if self.twist is None else "twist",
+                self.period if self.twist is None else self.twist,
+                f"the coefficients do not repeat after {self.period:g}"
+                + (
+                    ": they have odd harmonics"
+                    if self.twist is None
+                    else " with this twist: A(ψ + period) must be S A S⁻¹"
+                ),
+            )
 
     @staticmethod
     def from_function(
@@ -737,14 +1024,12 @@ class PeriodicSystem:
         """
 
         def sampled(times: Array) -> Array:
-            values = _real(A(times)) if vectorised else np.stack([_square(_real(A(float(t)))) for t in times], axis=-3)
-            if values.ndim < 3 or values.shape[-1] != values.shape[-2] or values.shape[-3] != len(times):
-                shape = values.shape if vectorised else values.shape[:-3] + values.shape[-2:]
+            values = _real(A(times)) if vectorised else _samples(A, times)
+            if values.ndim < 3 or values.shape[-3] != len(times) or not _is_square(values):
                 raise ParameterError(
                     "A",
-                    shape,
-                    f"A(t) gave an array of shape {shape}: it must be square, "
-                    f"(…, {'times, ' if vectorised else ''}n, n)",
+                    values.shape,
+                    f"A(t) gave an array of shape {values.shape}: it must be square, (…, times, n, n)",
                 )
             if not np.all(np.isfinite(values)):
                 raise ParameterError(
@@ -754,13 +1039,15 @@ class PeriodicSystem:
                 )
             return values
 
-        if not (math.isfinite(period) and period > 0):
-            raise ParameterError(
-                "period", period, f"{period} is no period: give the positive time after which A(t) repeats"
-            )
-        inner = np.unique(np.mod(np.asarray(kinks, float), period))
+        _check_callable(A)
+        if not _is_length(period):
+            raise _no_period(period, "give the positive time after which A(t) repeats")
         return PeriodicSystem(
-            period=float(period), function=sampled, kinks=inner[inner > 0], coordinates=coordinates, name=name
+            period=float(period),
+            function=sampled,
+            kinks=_kinks(kinks, float(period)),
+            coordinates=coordinates,
+            name=name,
         )
 
     @property

@@ -30,7 +30,7 @@ import functools
 import math
 import os
 import reprlib
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field, fields
 from enum import IntEnum
 from types import MappingProxyType
@@ -44,7 +44,7 @@ from floquet.errors import ConfigError, ParameterError, Problem, did_you_mean
 if TYPE_CHECKING:
     from floquet.tomlfile import Document
 
-__all__ = ["PARAMETERS", "Hub", "Parameter", "Rotor", "Word", "dump_rotor", "load_rotor", "plain"]
+__all__ = ["PARAMETERS", "Hub", "Parameter", "Rotor", "Word", "dump_rotor", "load_rotor", "plain", "require_rotor"]
 
 Values: TypeAlias = "float | NDArray[np.float64]"
 _T = TypeVar("_T")
@@ -267,6 +267,20 @@ def _short(value: Any) -> str:
         ends = f"{value.min():g} to {value.max():g}" if value.size else "empty"
         return f"<{'x'.join(map(str, value.shape))} values, {ends}>"
     return str(value) if isinstance(value, Hub) else f"{value:.6g}" if isinstance(value, float) else repr(value)
+
+
+def require_rotor(value: Any) -> Rotor:
+    """What was given, which must be a Rotor."""
+    if isinstance(value, Rotor):
+        return value
+    if isinstance(value, Iterable) and not isinstance(value, (str, bytes)):
+        sentence = (
+            f"a {type(value).__name__} is no Rotor, and this takes one: dissimilar blades, one Rotor a blade, are for "
+            "multiblade and averaged; here ask for each of them alone"
+        )
+    else:
+        sentence = f"{reprlib.repr(value)} is no Rotor: make one with Rotor(lock_number=…) or load_rotor(file)"
+    raise ParameterError("rotor", value, sentence)
 
 
 def plain(value: Any) -> Any:

@@ -34,13 +34,13 @@ from .errors import ParameterError, did_you_mean
 from .exponents import Stability, exponents, stability
 from .models import PhysicsKeywords, multiblade, teetering
 from .models.flapping import blade
-from .models.physics import advance_ratios, one_rotor
+from .models.physics import advance_ratios
 from .models.tip_path_plane import plane_of
 from .modes import paired
 from .passage import Nodes, sampled, through_nodes
 from .period_map import EPS, period_map
 from .periodic import TWO_PI, PeriodicMatrix, PeriodicSystem
-from .rotor import PARAMETERS, Hub, Rotor, plain
+from .rotor import PARAMETERS, Hub, Rotor, plain, require_rotor
 
 __all__ = ["Sensitivities", "of_system", "plane_sensitivities", "sensitivities"]
 
@@ -145,7 +145,7 @@ def plane_sensitivities(rotor: Rotor, advance_ratio: ArrayLike, **options: Unpac
 
     The plane's matrices are straight functions of the blade's coefficients, see :mod:`floquet.models.tip_path_plane`.
     """
-    teeters = one_rotor(rotor).hub == Hub.TEETERING
+    teeters = require_rotor(rotor).hub == Hub.TEETERING
     directions = _with_mu(_directions(rotor), teeters)
     one = (teetering if teeters else blade)(rotor, advance_ratios(advance_ratio), **options)
     assert one.equation is not None

@@ -37,7 +37,7 @@ from numpy.typing import NDArray
 
 from .chunks import LEVEL, Packed, digest, in_order, pack
 from .comparison import Cause, Metric, Rule
-from .errors import DamageError, DatabaseError, InputError, StorageError, did_you_mean
+from .errors import DamageError, DatabaseError, InputError, StorageError, did_you_mean, file_name
 from .exponents import Verdict
 from .period_map import Method
 from .rotor import PARAMETERS, Hub
@@ -548,8 +548,8 @@ class File:
     """
 
     def __init__(self, path: str | Path) -> None:
-        self.path = str(path)
         self._file = _opened(path)
+        self.path = str(path)
         try:
             with _reading(self.path):
                 self.attributes: dict[str, Any] = {k: _plain(v) for k, v in self._file.attrs.items()}
@@ -740,7 +740,7 @@ class File:
 
 
 def _opened(path: str | Path) -> h5py.File:
-    path = Path(path)
+    path = file_name(path)
     if not path.exists():
         raise DatabaseError(path, "there is no such file: check the path, or make it with floquet run")
     if path.is_dir():

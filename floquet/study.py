@@ -29,7 +29,7 @@ import warnings
 from collections.abc import Callable, Generator, Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import BrokenExecutor, Executor, ProcessPoolExecutor, as_completed
 from dataclasses import dataclass, field
-from itertools import pairwise
+from itertools import pairwise, permutations
 from pathlib import Path
 from typing import Any
 
@@ -39,7 +39,7 @@ from numpy.typing import NDArray
 from . import __version__, store
 from .comparison import exact_model, warn_of_few_blades
 from .errors import DamageError, DatabaseError, FailedError, FloquetError, FloquetWarning, InputError, StorageError
-from .rotor import Hub
+from .rotor import PARAMETERS, Hub
 from .studyfile import Study, load_study
 from .sweep import ENGINE, Plan, limit_rows, point_rows
 
@@ -643,6 +643,7 @@ def merge(paths: Sequence[str | Path], out: str | Path) -> dict[str, int]:
             if (other := seen.get(file.attributes["study_id"])) is not None:
                 raise InputError(f"{file.path} and {other} hold the same study: its rows would stand twice")
             seen[file.attributes["study_id"]] = file.path
+        _refuse_twice(files)
         counts = [_designs(f) for f in files]
         names = [n for f, c in zip(files, counts, strict=True) for n in (f.names or ("",) * c)]
         present = [t for t in store.TABLES if any(t in f.tables for f in files)]
@@ -663,6 +664,35 @@ def merge(paths: Sequence[str | Path], out: str | Path) -> dict[str, int]:
                 if table in file.tables:
                     store.copy_rows(file, writer, rotor_offset=int(offset))
     return rows
+
+
+def _refuse_twice(files: Sequence[store.File]) -> None:
+    """No database has every row of another, as that of one study with maps and without."""
+    points = [_points(file) for file in files]
+    for (a, mine), (b, theirs) in permutations(zip(files, points, strict=True), 2):
+        if mine and all(ratios <= theirs.get(design, frozenset()) for design, ratios in mine.items()):
+            raise InputError(
+                f"{b.path} has every design and advance ratio of {a.path}, as it is when one study was run with "
+                "map = true and without: its rows would stand twice, so give one of the two"
+            )
+
+
+def _points(file: store.File) -> dict[bytes, frozenset[float]]:
+    """The designs, by name and parameters, and their advance ratios."""
+    columns = ["rotor", "advance_ratio", *(p.name for p in PARAMETERS), "blades", "hub"]
+    found: dict[bytes, frozenset[float]] = {}
+    grids: dict[bytes, frozenset[float]] = {}  # each once: all designs of a study have the same
+    for _, rows in file.chunks("points", columns) if "points" in file.tables else ():
+        rotor, mu = rows["rotor"], rows["advance_ratio"]
+        ends = [0, *(np.flatnonzero(np.diff(rotor)) + 1).tolist(), len(rotor)]
+        for start, stop in pairwise(ends):
+            name = file.names[rotor[start]] if rotor[start] < len(file.names) else ""
+            values = np.array([float(rows[column][start]) for column in columns[2:]])
+            design, piece = name.encode() + b"\0" + values.tobytes(), mu[start:stop].tobytes()
+            if piece not in grids:
+                grids[piece] = frozenset(mu[start:stop].tolist())
+            found[design] = found[design] | grids[piece] if design in found else grids[piece]
+    return found
 
 
 def _designs(file: store.File) -> int:

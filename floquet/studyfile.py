@@ -27,7 +27,7 @@ from pydantic import AfterValidator, ConfigDict, Discriminator, Field, Tag, crea
 
 from . import store
 from .comparison import Metric, Model
-from .errors import ConfigError, InputError, Problem, did_you_mean
+from .errors import ConfigError, InputError, Problem, did_you_mean, file_name
 from .models import Physics
 from .rotor import PARAMETERS, Hub, Rotor, load_rotor
 from .sweep import ENGINE, Plan
@@ -194,7 +194,7 @@ class Study:
 
 def load_study(path: str | Path) -> Study:
     """Read a study file; every problem at once, with its line."""
-    path = Path(path)
+    path = file_name(path)
     document = read_document(path)
     data = document.validate(StudyFile)
     try:

@@ -15,11 +15,12 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from .comparison import Comparison, Metric, Model, Rule, compare, exact_model
+from .environment import check_environment
 from .errors import ParameterError
 from .kernels import POINTS, part_of
 from .models import Physics, PhysicsKeywords
 from .models.physics import advance_ratios
-from .rotor import PARAMETERS, Hub, Rotor
+from .rotor import PARAMETERS, Hub, Rotor, require_rotor
 from .validity import Limits, all_limits
 
 __all__ = ["ENGINE", "INTERVALS", "MODES", "Plan", "limit_rows", "point_rows", "sweep"]
@@ -69,7 +70,10 @@ class Plan:
     map: bool = False
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "rotors", tuple(self.rotors))
+        check_environment()
+        object.__setattr__(self, "rotors", tuple(require_rotor(rotor) for rotor in self.rotors))
+        if not isinstance(self.map, (bool, np.bool_)):
+            raise ParameterError("map", self.map, f"{self.map!r} is neither True nor False")
         object.__setattr__(self, "advance_ratio", np.atleast_1d(advance_ratios(self.advance_ratio)))
         sizes = np.array([math.prod(r.shape) for r in self.rotors], int)
         if not sizes.sum() or not self.advance_ratio.size:
@@ -118,13 +122,22 @@ class Plan:
 
 
 def sweep(
-    rotor: Rotor, advance_ratio: ArrayLike, *, model: Model | None = None, **options: Unpack[PhysicsKeywords]
+    rotor: Rotor,
+    advance_ratio: ArrayLike,
+    *,
+    model: Model | None = None,
+    map: bool = False,
+    **options: Unpack[PhysicsKeywords],
 ) -> Rows:
-    """Compare every case of ``rotor`` at every advance ratio; columns of the points table, one row a case and μ."""
+    """Compare every case of ``rotor`` at every advance ratio; columns of the points table, one row a case and μ.
+
+    ``map`` takes exact exponents from polynomials in the advance ratio, as ``compare.map = true`` does in a study.
+    """
     plan = Plan(
         rotors=(rotor,),
-        advance_ratio=np.asarray(advance_ratio, float).ravel(),
+        advance_ratio=advance_ratios(advance_ratio).ravel(),
         model=model,
+        map=map,
         physics=Physics.of(options),
         tolerances=(),
     )

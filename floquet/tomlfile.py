@@ -29,7 +29,7 @@ from typing import Any, TypeAlias, TypeVar
 import pydantic
 from pydantic_core import ErrorDetails
 
-from floquet.errors import ConfigError, Problem, did_you_mean
+from floquet.errors import ConfigError, Problem, did_you_mean, file_name
 
 __all__ = ["Document", "Table", "parse_document", "parse_toml", "read_document", "read_toml"]
 
@@ -87,6 +87,7 @@ def parse_toml(text: str, path: str | os.PathLike[str], model: type[_Model]) -> 
 
 def read_document(path: str | os.PathLike[str]) -> Document:
     """A file as a Document."""
+    file_name(path)
     try:
         raw = Path(path).read_bytes()
     except (OSError, ValueError) as error:
@@ -399,7 +400,7 @@ def _models(annotation: Any) -> Iterator[type[pydantic.BaseModel]]:
 def _short(value: Any) -> str:
     """A value as it stands in a file, shortened."""
     if isinstance(value, dict | list):
-        return "a table" if isinstance(value, dict) else "a list"
+        return f"{'a' if value else 'an empty'} {'table' if isinstance(value, dict) else 'list'}"
     if isinstance(value, bool):
         return str(value).lower()
     return str(value) if isinstance(value, date | time) else reprlib.repr(value)

@@ -362,10 +362,25 @@ tapes = (
            "_wanted(q[i], (first, second), 1.0)", TAPES),
 )  # fmt: skip
 DESIGNS, CURVES, LIMITS = (f"floquet/validity/{name}.py" for name in ("designs", "curves", "limits"))
-V = "tests/test_validity.py"
+V, B, PLANE = "tests/test_validity.py", "tests/test_boundaries.py", "floquet/validity/boundaries.py"
 roots = (
-    Mutant("growth confused with lock", DESIGNS, "np.cosh(phi.mean * phi.period))\n", "1.0)\n", V),
-    Mutant("locks at one end of τ", DESIGNS, "self._half_trace, (1.0, -1.0)", "self._half_trace, (1.0,)", V),
+    Mutant("growth confused with lock", "floquet/validity/levels.py", "np.cosh(phi.mean * phi.period))\n", "1.0)\n", V),
+    Mutant("locks at one end of τ", DESIGNS, 'self._value("lock"), (1.0, -1.0)', 'self._value("lock"), (1.0,)', V),
+    Mutant(
+        "slopes of the polynomial to the end",
+        "floquet/validity/curves.py",
+        "np.isfinite(chord) & (chord != 0.0)",
+        "np.isnan(slope)",
+        B,
+    ),
+    Mutant("tongues capped at every mesh", PLANE, "inner[1] + outer[1] + (side == other)", "inner[1] + outer[1]", B),
+    Mutant("nothing is cut", PLANE, "DEPTH = 7", "DEPTH = 0", B),
+    Mutant("a mesh without its left", PLANE, "level[j + 1][i], upright[i][j])", "level[j + 1][i], ())", B),
+    Mutant("noise is distance", CURVES, "+ noise[which]", "", B),
+    Mutant("roots found twice", CURVES, "SAME = 1e-12", "SAME = -1.0", B),
+    Mutant("six secants", CURVES, "SECANTS = 60", "SECANTS = 6", B),
+    Mutant("one level", PLANE, "            (1.0, -1.0),\n", "            (1.0,),\n", B),
+    Mutant("growth for locks", PLANE, "BOUNDARIES[kind]\n", 'BOUNDARIES["growth"]\n', B),
     Mutant(
         "cells without a root kept out too early",
         CURVES,
@@ -380,8 +395,8 @@ roots = (
     Mutant(
         "roots of polynomials left as they are",
         CURVES,
-        "            for _ in range(2):\n                moved",
-        "            for _ in range(0):\n                moved",
+        "    for _ in range(2):\n        moved",
+        "    for _ in range(0):\n        moved",
         V,
     ),
     Mutant("hidden extrema forgotten", LIMITS, "may |= (there > t) & (there - reach <= t)", "pass", V),
@@ -522,8 +537,8 @@ storage = (
     Mutant("columns of the schema alone", STORE, "name in wanted or name in ALWAYS or", "name in wanted or", KEPT),
     Mutant("other columns gone on with", STUDY, "    if differences:\n", "    if False:\n", COLUMNS),
     Mutant("shards of other columns packed", STUDY, 'tuple(file.columns("points")) == parts.columns', "True", COLUMNS),
-    Mutant("blocks of the shards", STUDY, "(shard.start // store.CHUNK_ROWS + 1) * store.CHUNK_ROWS",
-           "shard.start + store.CHUNK_ROWS // 2", CUTS),
+    Mutant("blocks of the shards", STUDY, "(shard.start // step + 1) * step",
+           "shard.start + step // 2", CUTS),
     Mutant("shards of any size", STUDY, "math.ceil(sizes[\"points\"] / store.CHUNK_ROWS) * store.CHUNK_ROWS",
            'sizes["points"]', CUTS),
     Mutant("threads times processes", STUDY, 'os.environ["FLOQUET_THREADS"] = "1"', "pass", f"{RUNS} -k thread"),

@@ -17,12 +17,13 @@ import pytest
 from floquet.errors import ParameterError
 from floquet.exponents import Stability, Verdict, stability
 from floquet.kernels import available
-from floquet.kernels.grid import Tile, cardinals, judged, tile_rows, within, zeros_of
+from floquet.kernels.grid import LEFT_OUT, Tile, cardinals, judged, tile_rows, within, zeros_of
+from floquet.kernels.hill import ROWS
 from floquet.models import flapping, multiblade, teetering
 from floquet.models.textbook import mathieu, meissner
-from floquet.period_map import Method, period_map
+from floquet.period_map import Method, PeriodMap, period_map
 from floquet.period_map.chebyshev import FIRST, MOST, Attempt, Box, boxes, regions
-from floquet.period_map.grid import direct_map, grid_map, tiles
+from floquet.period_map.grid import UNTOUCHED, direct_map, remaining, tiles
 from floquet.period_map.hill import hill_map
 from floquet.period_map.precise import TOLERANCE, make_precise
 from floquet.period_map.tensor import LEAST, Axis, Region, TensorGrid
@@ -51,6 +52,27 @@ def column(x: Array) -> Array:
     return x[:, None]
 
 
+def grid_map(system: PeriodicSystem) -> PeriodMap:
+    """The map of all cases of one scalar equation."""
+    grid, shape = TensorGrid.of(system), system.cases
+    n = math.prod(shape)
+    rows, alpha = np.empty((len(ROWS), n)), np.empty(n)
+    panels, methods = np.zeros(n, np.int32), np.full(n, UNTOUCHED, np.int8)
+    for box in (box for region in (regions(grid) if grid else ()) for box in boxes(region)):
+        for tile in tiles(box):
+            places = (tile.row_places[:, None] + tile.column_places).ravel()
+            rows[:, places], alpha[places], kept = tile_rows(tile)
+            panels[places] = np.repeat(tile.panels, len(tile.z))
+            methods[places] = np.where(kept, Method.MAP, LEFT_OUT)
+    for index in remaining(methods):
+        phi = direct_map(system, index)
+        assert phi.rows is not None and phi.methods is not None
+        rows[:, index], alpha[index], panels[index], methods[index] = phi.rows, phi.mean, phi.panels, phi.methods
+    return PeriodMap(
+        method=Method.MAP, period=system.period, shape=shape, mean=alpha, panels=panels, rows=rows, methods=methods
+    )
+
+
 def compared(system: PeriodicSystem, *, least: float = 0.0) -> Stability:
     """The map of a system, after holding it against points solved directly; ``least`` of them from nodes."""
     found, direct = stability(system, map=True), stability(system)
@@ -62,9 +84,7 @@ def compared(system: PeriodicSystem, *, least: float = 0.0) -> Stability:
     surely = bound < 1e-9  # elsewhere a lock of no width may be seen by one of the two
     np.testing.assert_array_equal(np.isnan(found.lock)[surely], np.isnan(direct.lock)[surely])
     np.testing.assert_array_equal(found.verdict[surely], direct.verdict[surely])
-    assert (
-        found.exponent_errors[found.method != Method.HILL].max(initial=0.0) <= TOLERANCE + 5e-13
-    )  # and α's and ρ's rounding
+    assert found.exponent_errors[found.method != Method.HILL].max(initial=0.0) <= TOLERANCE + 5e-13  # and of α, ρ
     return found
 
 

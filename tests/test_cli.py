@@ -209,6 +209,7 @@ def test_a_speed_in_knots(run: Floquet, name: str) -> None:
     refused(run(name, file, "--knots", "123", "--advance-ratio", "0.3"), "--knots and --advance-ratio")
     refused(run(name, "--lock-number", "8", "--radius", "5", "--knots", "123"), "without --rotor-speed:")
     refused(run(name, file, "--knots", "nan"), "knots", "finite")
+    refused(run(name, file, "--knots", "-5"), "-5 was given", "check the sign")
 
 
 def test_csv_is_a_table_with_numbers(run: Floquet) -> None:
@@ -431,6 +432,7 @@ def test_limits_are_read_from_a_database(run: Floquet, database: str) -> None:
         (("--tolerance", "0.03"), ("0.03", "0.05")),
         (("--advance-ratio", "0.3"), ("--advance-ratio", "rotor file")),
         (("--knots", "90"), ("--knots", "rotor file")),
+        (("--mu-max", "3"), ("--mu-max", "rotor file")),
         (("--lock-number", "8"), ("--lock-number",)),
         (("small.h5",), ("alone",)),
     ],
@@ -475,6 +477,19 @@ def test_verify_export_plot_merge_pack(run: Floquet, database: str) -> None:
     assert run("run", "other.toml", "-o", "other.h5", "--workers", "1").status == 0
     assert run("merge", database, "other.h5", "-o", "both.h5").out == "both.h5: 28 rows of points, 28 rows of limits\n"
     assert run("verify", "both.h5").status == 0
+
+
+def test_no_columns_and_no_name_are_refused(run: Floquet, database: str) -> None:
+    for arguments in (("run", "small.toml", "-o", "x.h5"), ("query", database)):
+        refused(run(*arguments, "--columns", ""), "--columns is empty", "'*' for all")
+    for arguments in (("analyse", "", "--advance-ratio", "0.3"), ("run", "", "-o", "x.h5"), ("query", "")):
+        refused(run(*arguments), "an empty name was given")
+    assert not Path("x.h5").exists()
+
+
+def test_a_setting_that_means_nothing_is_refused(run: Floquet, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("FLOQUET_THREADS", "abc")
+    refused(run("rotor", "--lock-number", "8"), "FLOQUET_THREADS: 'abc' in the environment is no number of threads")
 
 
 def test_pack_makes_what_run_makes(run: Floquet, database: str, monkeypatch: pytest.MonkeyPatch) -> None:

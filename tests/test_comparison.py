@@ -268,3 +268,23 @@ def test_bad_input_is_one_sentence() -> None:
         compare(TEETERING, 0.3, harmonics=2)
     with pytest.warns(FloquetWarning, match="2 blades"):
         compare(Rotor(lock_number=8.0, blades=2), 0.3)
+
+
+def test_no_rotor_has_no_modes_to_compare() -> None:
+    found = compare(Rotor(lock_number=np.zeros(0)), 0.3)
+    assert found["regressing"].error.shape == (0,) and found["coning"].exact.shape == (0, 2)
+
+
+@pytest.mark.parametrize(
+    ("given", "sentence"),
+    [
+        ({"rotor": "x"}, "'x' is no Rotor: make one"),
+        ({"harmonics": "x"}, "'x' is not a whole number"),
+        ({"check": "x"}, "neither True nor False"),
+        ({"advance_ratio": None}, "no advance ratio was given: give"),
+        ({"advance_ratio": [0.3, None]}, "nan is no advance ratio: look for a missing value"),
+    ],
+)
+def test_what_cannot_be_compared_is_refused(given: dict[str, Any], sentence: str) -> None:
+    with pytest.raises(ParameterError, match=sentence):
+        compare(**{"rotor": Rotor(lock_number=8.0), "advance_ratio": 0.3, **given})

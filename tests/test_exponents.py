@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+import warnings
 from dataclasses import replace
 from typing import Any
 
@@ -11,6 +12,7 @@ import mpmath
 import numpy as np
 import pytest
 
+from floquet.comparison import compare
 from floquet.errors import FailedError, ParameterError
 from floquet.exponents import Reason, Verdict, exponents, stability
 from floquet.kernels.hill import finished, weighed
@@ -27,7 +29,7 @@ from floquet.models.textbook import (
 from floquet.period_map import Method, PeriodMap, period_map
 from floquet.periodic import TWO_PI, PeriodicMatrix, PeriodicSystem
 from floquet.rotor import Hub, Rotor
-from floquet.validity import instability_onset
+from floquet.validity import instability_onset, lock_windows
 from tests.support import REFERENCE, distances, oracle, oracle_exponents, oracle_system
 from tests.truth import extended
 
@@ -455,12 +457,34 @@ def test_a_period_that_contradicts_the_coefficients_is_refused(change: dict[str,
 def test_what_is_no_system_or_matrix_is_refused() -> None:
     with pytest.raises(ParameterError, match="is no system"):
         stability(Rotor(lock_number=8.0))  # type: ignore[arg-type]
-    with pytest.raises(ParameterError, match="not real numbers"):
+    with pytest.raises(ParameterError, match="of real equations"):
         stability(PeriodicSystem.from_function(lambda t: np.array([[1j]]), 1.0))
     with pytest.raises(ParameterError, match="no number of panels"):
         stability(mathieu(1.0, 0.1), panels=0)
     assert stability(flapping(Rotor(lock_number=8.0), np.zeros(0), reversed_flow=True)).exponents.shape == (0, 2)
     assert f"{Verdict.UNSTABLE} {Verdict.UNSTABLE:d}" == "UNSTABLE 1"
+
+
+@pytest.mark.parametrize("option", ["symmetry", "check", "certify"])
+def test_switches_are_true_or_false(option: str) -> None:
+    with pytest.raises(ParameterError, match=f"{option}: 'x' is neither True nor False"):
+        stability(flapping(Rotor(lock_number=8.0), 0.3), **{option: "x"})  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize("option", ["check", "certify"])
+def test_no_case_has_no_evidence(option: str) -> None:
+    with pytest.raises(ParameterError, match=f"{option}: there is no case"):
+        stability(flapping(Rotor(lock_number=np.zeros(0)), 0.3), **{option: True})  # type: ignore[arg-type]
+
+
+@pytest.mark.filterwarnings("error::RuntimeWarning")
+@pytest.mark.parametrize("gamma", [1e150, 1e308, np.full(9000, 1e150)])
+def test_a_parameter_beyond_doubles_has_no_bound_and_no_noise(gamma: Any) -> None:
+    rotor = Rotor(lock_number=gamma)
+    for found in (stability(flapping(rotor, 0.3)), compare(rotor, 0.3).stability):
+        assert np.all(np.isinf(found.exponent_errors)) and np.all(found.verdict == Verdict.UNDECIDED)
+    with pytest.raises(ParameterError, match="beyond what doubles hold"):
+        lock_windows(rotor[:3] if rotor.shape else rotor)
 
 
 # ---------------------------------------------------------------------- evidence
@@ -479,6 +503,20 @@ def test_an_answer_can_be_checked_and_proved() -> None:
     assert one.verdict is Verdict.UNSTABLE and "unstable" in one.certificates[0].theorem
     constant = stability(tip_path_plane(Rotor(lock_number=8.0), 0.3), certify=True)
     assert constant.verdict is Verdict.STABLE
+
+
+@pytest.mark.parametrize("gamma", [[1e150], [8.0, 1e150], [*np.linspace(1.0, 20.0, 3000), 1e100, 1e300]])
+@pytest.mark.parametrize("options", [{}, {"map": True}, {"symmetry": False}])
+def test_what_leaves_doubles_has_no_bound(gamma: list[float], options: dict[str, Any]) -> None:
+    """In silence: RuntimeWarnings of NumPy say nothing that the bound does not."""
+    rotor = Rotor(lock_number=np.array(gamma), blades=3)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        for system in (flapping(rotor, 0.3), multiblade(rotor, 0.3)):
+            found = stability(system, **options)
+            lost = np.isinf(found.exponent_errors)
+            assert lost[-1].all() and np.all(np.isfinite(found.exponents[~lost]))
+            assert not np.isnan(found.exponent_errors).any() and found.verdict[-1] == Verdict.UNDECIDED
 
 
 def test_a_map_that_overflowed_is_proved_all_the_same() -> None:

@@ -265,7 +265,7 @@ def test_truncated_damping_that_jumps_in_reversed_flow_is_mapped_with_its_kick()
     ("call", "sentence"),
     [
         (lambda: flapping(Rotor(lock_number=8.0), -0.1), "advance_ratio: -0.1 is not possible"),
-        (lambda: flapping(Rotor(lock_number=8.0), math.nan), "advance_ratio: nan is not possible"),
+        (lambda: flapping(Rotor(lock_number=8.0), math.nan), "advance_ratio: nan is no advance ratio"),
         (lambda: flapping(Rotor(lock_number=8.0), "fast"), "is not a number"),
         (lambda: flapping(Rotor(lock_number=8.0), 0.1, reverse_flow=True), "did you mean 'reversed_flow'"),
         (lambda: flapping(Rotor(lock_number=8.0), 0.1, reversed_flow=1), "neither True nor False"),
@@ -278,6 +278,8 @@ def test_truncated_damping_that_jumps_in_reversed_flow_is_mapped_with_its_kick()
         (lambda: flapping(Rotor(lock_number=np.array([6.0, 8.0])), np.zeros(3)), "do not broadcast"),
         (lambda: flapping("bo105.toml", 0.3), "is no Rotor"),
         (lambda: tip_path_plane("bo105.toml", 0.3), "is no Rotor"),
+        (lambda: teetering("bo105.toml", 0.3), "is no Rotor"),
+        (lambda: averaged(Rotor(lock_number=8.0), 0.1, "x"), "whole number"),
         (lambda: flapping(Rotor(lock_number=8.0), "0.3"), "is not a number"),
         (lambda: multiblade(TEETERING, 0.3), "one beam"),
         (lambda: hover_modes(TEETERING), "has no coning"),

@@ -18,7 +18,7 @@ import numpy as np
 import pytest
 
 from floquet import query, store
-from floquet.errors import DatabaseError, QueryError
+from floquet.errors import DatabaseError, ParameterError, QueryError
 from floquet.query import Database, Interval, Predicate, Scope, compile_expression, intervals, language, open_database
 
 ROOT = Path(__file__).parents[1]
@@ -933,3 +933,9 @@ def test_the_page_names_every_function_and_operator() -> None:
         f"{query.MAX_LENGTH:_}".replace("_", " "),
     ]:
         assert word in PAGE
+
+
+@pytest.mark.parametrize("path", [None, 3, [], ""])
+def test_a_database_has_a_name(path: Any) -> None:
+    with pytest.raises(ParameterError, match="was given; it must be the name of a file"):
+        open_database(path)

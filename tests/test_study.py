@@ -784,6 +784,16 @@ def test_merge_refuses_what_does_not_belong_together(two: tuple[Path, Path], tmp
     assert not (tmp_path / "m.h5").exists()
 
 
+def test_merge_refuses_a_study_run_with_maps_and_without(two: tuple[Path, Path], tmp_path: Path) -> None:
+    other = tmp_path / "c.toml"
+    other.write_text((tmp_path / "a.toml").read_text() + "map = true\n")
+    study.run(study.load_study(other), tmp_path / "c.h5")
+    for files in ([two[0], tmp_path / "c.h5"], [tmp_path / "c.h5", two[1], two[0]]):
+        with pytest.raises(InputError, match=r"every design and advance ratio of .*: its rows would stand twice"):
+            study.merge(files, tmp_path / "m.h5")
+    assert not (tmp_path / "m.h5").exists()
+
+
 @pytest.mark.parametrize("ending", ["csv", "parquet", "nc"])
 def test_exports_hold_the_rows(two: tuple[Path, Path], tmp_path: Path, ending: str) -> None:
     if ending == "parquet":

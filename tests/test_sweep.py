@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import warnings
 from itertools import pairwise
+from typing import Any
 
 import numpy as np
 import pytest
@@ -117,3 +118,24 @@ def test_rows_from_maps_do_not_depend_on_how_they_are_cut() -> None:
     parts = [point_rows(plan, a, b) for a, b in pairwise(cuts)]
     for name, column in whole.items():
         assert column.tobytes() == np.concatenate([p[name] for p in parts]).tobytes(), name
+
+
+def test_a_sweep_takes_maps() -> None:
+    rotor, mu = Rotor(lock_number=np.array([6.0, 8.0])), np.linspace(0.0, 0.6, 300)
+    mapped, direct = sweep(rotor, mu, map=True), sweep(rotor, mu)
+    assert set(mapped["method"]) == {Method.MAP} and Method.MAP not in direct["method"]
+    gaps = abs(mapped["exponent_1"] - direct["exponent_1"])
+    assert np.all(gaps <= mapped["exponent_error"] + direct["exponent_error"])
+
+
+@pytest.mark.parametrize(
+    ("given", "sentence"),
+    [
+        ({"rotor": "x"}, "'x' is no Rotor: make one"),
+        ({"advance_ratio": "x"}, "'x' is not a number"),
+        ({"map": "x"}, "map: 'x' is neither True nor False"),
+    ],
+)
+def test_what_cannot_be_swept_is_refused(given: dict[str, Any], sentence: str) -> None:
+    with pytest.raises(ParameterError, match=sentence):
+        sweep(**{"rotor": Rotor(lock_number=8.0), "advance_ratio": 0.3, **given})

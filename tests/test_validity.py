@@ -329,3 +329,21 @@ def test_arrays_of_rotors() -> None:
 def test_bad_input_is_one_sentence(call, sentence: str) -> None:  # type: ignore[no-untyped-def]
     with pytest.raises(ParameterError, match=sentence):
         call()
+
+
+@pytest.mark.parametrize("sought", [validity_limit, validity_intervals, lock_windows, instability_onset, limits])
+@pytest.mark.parametrize("value", ["x", 3, None])
+def test_boundaries_are_of_a_rotor(sought: Callable[..., Any], value: Any) -> None:
+    with pytest.raises(ParameterError, match="is no Rotor: make one"):
+        sought(value)
+
+
+@pytest.mark.parametrize("sought", [validity_limit, validity_intervals])
+def test_no_rotor_has_no_limit(sought: Callable[..., Any]) -> None:
+    with pytest.raises(ParameterError, match="there is no rotor whose limits"):
+        sought(Rotor(lock_number=np.zeros(0)))
+
+
+def test_a_mode_is_a_word() -> None:
+    with pytest.raises(ParameterError, match="3 is not a mode of this rotor"):
+        validity_limit(Rotor(lock_number=8.0), mode=3)  # type: ignore[arg-type]

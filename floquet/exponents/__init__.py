@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from ..environment import check_environment
 from ..errors import ParameterError, did_you_mean
 from ..kernels import POINTS, cores, keep_memory, part_of
 from ..period_map import Method, PeriodMap, period_map
@@ -21,12 +22,15 @@ from .hill import of_hill
 from .identical import of_identical
 from .result import PER_CASE, PER_STATE, Stability
 
-__all__ = ["Reason", "Stability", "Verdict", "exponents", "stability"]
+__all__ = ["BEYOND", "Reason", "Stability", "Verdict", "exponents", "stability"]
 
 CHUNK = 32768  # cases made and solved at once: their maps stay in a cache
 LEAST = 4096  # cases worth a thread
+#: What NumPy is not to warn of: a parameter beyond doubles gives nan, with a bound of inf.
+BEYOND: Any = {"over": "ignore", "invalid": "ignore", "divide": "ignore"}
 
 
+@np.errstate(**BEYOND)
 def stability(
     system: PeriodicSystem,
     *,
@@ -60,6 +64,16 @@ def stability(
     if not isinstance(system, PeriodicSystem):
         raise ParameterError(
             "system", system, f"{type(system).__name__} is no system: make one with flapping(rotor, advance_ratio)"
+        )
+    for name, value in (("symmetry", symmetry), ("check", check), ("certify", certify)):
+        if not isinstance(value, (bool, np.bool_)):
+            raise ParameterError(name, value, f"{value!r} is neither True nor False")
+    check_environment()
+    if (check or certify) and not math.prod(system.cases):
+        raise ParameterError(
+            "check" if check else "certify",
+            True,
+            f"there is no case to be {'checked' if check else 'proved'}: the parameters are empty arrays",
         )
     if map and panels is not None:
         raise ParameterError("panels", panels, "a map chooses the panels of its nodes: give either map or panels")
@@ -116,7 +130,7 @@ def _in_chunks(system: PeriodicSystem, panels: int | None, ends: list[int]) -> S
     fields |= {name: np.empty((n, states), kind) for name, kind in PER_STATE.items()}
 
     def solve(some: slice) -> None:
-        with part_of(n):
+        with part_of(n), np.errstate(**BEYOND):
             found = exponents(period_map(system.part(some), panels=panels))
         for name, values in fields.items():
             values[some] = getattr(found, name)

@@ -24,6 +24,7 @@ def of_identical(blade: Stability, blades: int, period: float) -> Stability:
     order = np.lexsort((values.imag < 0, -np.round(SAME * values.real), np.round(SAME * np.abs(values.imag))), axis=-1)
     values = np.take_along_axis(values, order, axis=-1)
     errors = np.asarray(blade.exponent_errors).max(axis=-1, keepdims=True) + EPS * np.abs(values)
+    errors = np.where(np.isnan(values), np.inf, errors)  # a map that overflowed
     nan = np.full(eta.shape[:-1], np.nan)
     return replace(
         blade,

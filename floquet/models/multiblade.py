@@ -31,9 +31,9 @@ from numpy.typing import ArrayLike, NDArray
 
 from ..errors import ParameterError
 from ..periodic import TWO_PI, Equation, PeriodicMatrix, PeriodicSystem, fractions
-from ..rotor import PARAMETERS, Hub, Rotor
+from ..rotor import PARAMETERS, Hub, Rotor, require_rotor
 from .flapping import flapping
-from .physics import PhysicsKeywords, one_rotor
+from .physics import PhysicsKeywords
 
 __all__ = ["blades_of", "coordinates", "identical", "multiblade", "transformation"]
 
@@ -98,9 +98,9 @@ def multiblade(
 def blades_of(rotor: object) -> list[Rotor]:
     """One Rotor a blade, of a rotor or as they were given."""
     if isinstance(rotor, (Rotor, str, bytes)) or not isinstance(rotor, Iterable):
-        blades = [one_rotor(rotor)] * one_rotor(rotor).blades
+        blades = [require_rotor(rotor)] * require_rotor(rotor).blades
     else:
-        blades = [one_rotor(b) for b in rotor]
+        blades = [require_rotor(b) for b in rotor]
     N = len(blades)
     if N < 2:
         raise ParameterError(

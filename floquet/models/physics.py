@@ -12,7 +12,6 @@ kinematic_rates    False    (1 + m) in the columns of body angular acceleration,
 
 from __future__ import annotations
 
-from collections.abc import Iterable
 from dataclasses import asdict, dataclass, fields
 from typing import Any, TypedDict
 
@@ -20,9 +19,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..errors import ParameterError, did_you_mean
-from ..rotor import Rotor
+from ..rotor import Rotor, require_rotor
 
-__all__ = ["Physics", "PhysicsKeywords", "advance_ratios", "one_rotor"]
+__all__ = ["Physics", "PhysicsKeywords", "advance_ratios"]
 
 
 #: Above this advance ratio multipliers overflow and no rotor has flown.
@@ -76,6 +75,8 @@ class Physics:
 
 def advance_ratios(advance_ratio: ArrayLike, rotor: Rotor | None = None) -> NDArray[np.float64]:
     """μ as an array of finite numbers from 0 to :data:`HIGHEST`, which must broadcast with the rotor's parameters."""
+    if advance_ratio is None:
+        raise ParameterError("advance_ratio", None, "no advance ratio was given: give μ = V cos α/(ΩR), such as 0.3")
     try:
         if np.asarray(advance_ratio).dtype.kind in "US":
             raise TypeError
@@ -83,6 +84,10 @@ def advance_ratios(advance_ratio: ArrayLike, rotor: Rotor | None = None) -> NDAr
     except (TypeError, ValueError):
         raise ParameterError("advance_ratio", advance_ratio, f"{advance_ratio!r} is not a number") from None
     bad = mu[~((mu >= 0) & (mu <= HIGHEST))]
+    if np.isnan(bad).any():
+        raise ParameterError(
+            "advance_ratio", advance_ratio, "nan is no advance ratio: look for a missing value or a division by zero"
+        )
     if bad.size:
         raise ParameterError(
             "advance_ratio",
@@ -92,7 +97,7 @@ def advance_ratios(advance_ratio: ArrayLike, rotor: Rotor | None = None) -> NDAr
         )
     if rotor is None:
         return mu
-    rotor = one_rotor(rotor)
+    rotor = require_rotor(rotor)
     try:
         np.broadcast_shapes(mu.shape, rotor.shape)
     except ValueError:
@@ -103,19 +108,3 @@ def advance_ratios(advance_ratio: ArrayLike, rotor: Rotor | None = None) -> NDAr
             "for every rotor at every μ give the rotor a last axis of length 1",
         ) from None
     return mu
-
-
-def one_rotor(rotor: Any) -> Rotor:
-    """What was given, which must be a Rotor."""
-    if isinstance(rotor, Rotor):
-        return rotor
-    if isinstance(rotor, Iterable) and not isinstance(rotor, (str, bytes)):
-        raise ParameterError(
-            "rotor",
-            rotor,
-            f"a {type(rotor).__name__} is no Rotor, and this takes one: dissimilar blades, one Rotor a blade, are for "
-            "multiblade and averaged; here ask for each of them alone",
-        )
-    raise ParameterError(
-        "rotor", rotor, f"{rotor!r} is no Rotor: make one with Rotor(lock_number=…) or load_rotor(file)"
-    )

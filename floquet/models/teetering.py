@@ -27,10 +27,10 @@ from numpy.typing import ArrayLike, NDArray
 
 from ..errors import ParameterError
 from ..periodic import Equation, PeriodicMatrix, PeriodicSystem
-from ..rotor import Rotor
+from ..rotor import Rotor, require_rotor
 from .flapping import blade
 from .inputs import PRECONE
-from .physics import PhysicsKeywords, one_rotor
+from .physics import PhysicsKeywords
 
 __all__ = ["teetering"]
 
@@ -41,7 +41,7 @@ def teetering(rotor: Rotor, advance_ratio: ArrayLike, **options: Unpack[PhysicsK
     Its inputs are the blade's and ``precone``.  ``rotor`` must have no hinge offset (ε = m = 0); see
     :func:`floquet.flapping` for the other arguments.
     """
-    if np.any(np.asarray(one_rotor(rotor).hinge_offset) != 0) or np.any(np.asarray(rotor.offset_mass_ratio) != 0):
+    if np.any(np.asarray(require_rotor(rotor).hinge_offset) != 0) or np.any(np.asarray(rotor.offset_mass_ratio) != 0):
         e, m = (float(np.max(np.asarray(x))) for x in (rotor.hinge_offset, rotor.offset_mass_ratio))
         raise ParameterError(
             "hinge_offset",

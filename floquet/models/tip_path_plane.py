@@ -96,7 +96,7 @@ def averaged(
 
 def averaged_of(one: PeriodicSystem, harmonics: int) -> PeriodicSystem:
     """The averaged multiblade model of blades with the equation ``one``."""
-    if isinstance(harmonics, bool) or harmonics != int(harmonics) or not 1 <= harmonics <= 16:
+    if isinstance(harmonics, bool) or not isinstance(harmonics, (int, np.integer)) or not 1 <= harmonics <= 16:
         raise ParameterError(
             "harmonics",
             harmonics,

@@ -113,6 +113,7 @@ def _refined(solver: Solver, period: float, count: int, panels: int | None) -> t
     wanted = np.broadcast_to(solver.wanted, (count,))
     lengths = np.broadcast_to(solver.lengths, (count, solver.lengths.shape[-1]))
     rung = np.minimum(np.searchsorted(LADDER, wanted), len(LADDER) - 1)
+    rung[wanted > HOPELESS * LADDER[-1]] = 0  # so that they take no time
     last = np.minimum(np.searchsorted(LADDER, MOST * LADDER[rung]), len(LADDER) - 1)
     groups: list[Factors] = []
     used = np.zeros(count, np.int32)

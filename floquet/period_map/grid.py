@@ -7,23 +7,20 @@ branch is in doubt and points that no box carries are solved as if there were no
 from __future__ import annotations
 
 import itertools
-import math
 from collections.abc import Iterator
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..kernels import available
-from ..kernels.grid import FIELDS, LEFT_OUT, Tile, cardinals, tile_rows
-from ..kernels.hill import ROWS
+from ..kernels.grid import FIELDS, LEFT_OUT, Tile, cardinals
 from ..periodic import PeriodicSystem
-from .chebyshev import Box, boxes, regions
+from .chebyshev import Box
 from .hill import hill_map
 from .precise import TOLERANCE
-from .result import Method, PeriodMap
-from .tensor import TensorGrid
+from .result import PeriodMap
 
-__all__ = ["UNTOUCHED", "direct_map", "grid_map", "remaining", "tiles"]
+__all__ = ["UNTOUCHED", "direct_map", "remaining", "tiles"]
 
 Array = NDArray[np.float64]
 Places = NDArray[np.intp]
@@ -99,24 +96,3 @@ def remaining(methods: NDArray[np.int8]) -> list[Places]:
 def direct_map(system: PeriodicSystem, index: Places) -> PeriodMap:
     """The map of some cases, an index along all of them, with the last digits that many have."""
     return hill_map(system.part(index), compiled=available())
-
-
-def grid_map(system: PeriodicSystem) -> PeriodMap:
-    """The map of all cases of one scalar equation."""
-    grid, shape = TensorGrid.of(system), system.cases
-    n = math.prod(shape)
-    rows, alpha = np.empty((len(ROWS), n)), np.empty(n)
-    panels, methods = np.zeros(n, np.int32), np.full(n, UNTOUCHED, np.int8)
-    for box in (box for region in (regions(grid) if grid else ()) for box in boxes(region)):
-        for tile in tiles(box):
-            places = (tile.row_places[:, None] + tile.column_places).ravel()
-            rows[:, places], alpha[places], kept = tile_rows(tile)
-            panels[places] = np.repeat(tile.panels, len(tile.z))
-            methods[places] = np.where(kept, Method.MAP, LEFT_OUT)
-    for index in remaining(methods):
-        phi = direct_map(system, index)
-        assert phi.rows is not None and phi.methods is not None
-        rows[:, index], alpha[index], panels[index], methods[index] = phi.rows, phi.mean, phi.panels, phi.methods
-    return PeriodMap(
-        method=Method.MAP, period=system.period, shape=shape, mean=alpha, panels=panels, rows=rows, methods=methods
-    )

@@ -77,7 +77,8 @@ class Series:
             self.edges = np.broadcast_to(edges, (*shape, edges.shape[-1])).reshape(-1, edges.shape[-1])
         self.lengths = np.diff(self.edges, axis=-1)
         self.trace = _trace(parts[-1], shape) * (-1.0 if system.second_order else 1.0)
-        self.wanted = 0.5 * self.period / self._reach()
+        with np.errstate(divide="ignore"):  # what has no reach in doubles is hopeless
+            self.wanted = 0.5 * self.period / self._reach()
 
     def maps(self, cases: Index, counts: list[int]) -> tuple[Array, Array, Array]:
         """Of ``cases``, in lanes; see :class:`.factors.Solver`."""

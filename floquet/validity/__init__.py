@@ -2,6 +2,8 @@
 
 =============  ======================================================================
 ``curves``     smooth functions of many cases, and every place where they pass a level
+``levels``     the functions whose levels are boundaries
+``boundaries`` the same along any parameter, and as curves in the plane of two
 ``designs``    rotors along μ: their locks, onsets and splits
 ``limits``     where errors of the modes pass tolerances
 =============  ======================================================================
@@ -18,24 +20,28 @@ import numpy as np
 from ..comparison import Metric, Model, mode_names
 from ..errors import ParameterError, did_you_mean
 from ..models import PhysicsKeywords
-from ..rotor import Rotor
+from ..rotor import Rotor, require_rotor
+from .boundaries import BoundaryCurve, boundaries, transitions
 from .curves import Crossings, crossings
 from .designs import Designs, Windows
 from .limits import Limit, Limits, Wanted
 from .limits import found as _found
 
 __all__ = [
+    "BoundaryCurve",
     "Crossings",
     "Limit",
     "Limits",
     "Windows",
     "all_limits",
+    "boundaries",
     "crossings",
     "instability_onset",
     "limits",
     "lock_windows",
     "locks",
     "split_edges",
+    "transitions",
     "validity_intervals",
     "validity_limit",
 ]
@@ -132,7 +138,7 @@ def limits(
     **options: Unpack[PhysicsKeywords],
 ) -> tuple[Limit, ...]:
     """Limits of one rotor (no arrays) for every mode and (metric, tolerance), with intervals and causes."""
-    if rotor.shape:
+    if require_rotor(rotor).shape:
         raise ParameterError(
             "rotor",
             rotor.shape,
@@ -152,6 +158,8 @@ def all_limits(
 ) -> Limits:
     """Limits of every case of a rotor in arrays, for every mode and (metric, tolerance)."""
     designs = Designs(rotor, mu_max, model, options)
+    if not designs.count:
+        raise ParameterError("rotor", rotor, "there is no rotor whose limits could be sought: its parameters are empty")
     return _found(designs, _wanted(rotor, tolerances, modes, model))
 
 
@@ -175,6 +183,6 @@ def _wanted(
             raise ParameterError(
                 "mode",
                 mode,
-                f"{mode!r} is not a mode of this rotor{did_you_mean(mode, known)}; it has {', '.join(known)}",
+                f"{mode!r} is not a mode of this rotor{did_you_mean(str(mode), known)}; it has {', '.join(known)}",
             )
     return [(mode, Metric(m), float(t)) for mode in (modes or known) for m, t in tolerances]

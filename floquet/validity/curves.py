@@ -29,6 +29,7 @@ Places = NDArray[np.intp]
 #: Values for cases (k,) at places (k,).
 Curve = Callable[[Places, Array], Array]
 
+EPS = float(np.finfo(float).eps)
 NODES = (24, 40)  # of a piece, before it is halved
 PROMISING = 1e-7  # last coefficients, relative to the largest, that the larger number of nodes brings down
 DEPTH = 9  # halvings at most: a piece is then a five-hundredth of the range
@@ -38,10 +39,13 @@ OFFSET = 0.38196601125010515  # of which no end is a place that a problem would 
 CLOSE = 1e-5  # in θ: half a cell where p may touch the level,
 TOUCHING = 1e-11  # its turning point as far from it as p is rounded, relative to the largest coefficient
 SMALLEST = 1e-11  # half a cell that is not cut again, whatever the slope
+NOISE = 4e-15  # of p, relative to the largest coefficient: less is no distance from a level
+SAME = 1e-12  # of the longest range: roots closer than this are one that was found twice
 CROWD = 48  # cells left in a piece that say that the polynomial is none for its whole range
 REACH = 2e-3  # in θ: the two passages about such a turning point are closer
 STEP = 1e-6  # of the parabola, relative to the range: its cubic error is below rounding
 AT_ONCE = 2048  # pieces
+SECANTS = 60  # at most, from there to where the curve itself has it
 NEWTON = 6  # steps from the middle of a cell in which the polynomial has one root
 WELL = 1e-5  # slope, relative to the largest value, from which the curve itself is exact enough
 
@@ -106,6 +110,11 @@ def crossings(
                     found.append((pieces.case[which], x, np.full(len(x), level)))
     cases, places, reached = (np.concatenate([np.zeros(0, kind), *(f[i] for f in found)])
                               for i, kind in enumerate((np.intp, float, float)))  # fmt: skip
+    order = np.lexsort((places, reached, cases))
+    cases, places, reached = cases[order], places[order], reached[order]
+    same = (cases[1:] == cases[:-1]) & (reached[1:] == reached[:-1])
+    same &= places[1:] - places[:-1] <= SAME * np.max(stop - start, initial=0.0)
+    cases, places, reached = (part[np.append(True, ~same)[: len(part)]] for part in (cases, places, reached))
     order = np.lexsort((places, cases))
     return Crossings(case=cases[order], x=places[order], level=reached[order])
 
@@ -212,13 +221,14 @@ def _isolated(pieces: _Pieces, level: float) -> _Cells:
     ends = np.concatenate([[0.0], (np.arange(CELLS) + OFFSET) * (math.pi / CELLS), [math.pi]])
     which, low, high = np.repeat(np.arange(n), CELLS + 1), np.tile(ends[:-1], n), np.tile(ends[1:], n)
     found: list[tuple[Places, Array, Array, NDArray[np.bool_]]] = []
+    noise = NOISE * size.max(axis=1)
     while len(which):
         middle, half = 0.5 * (low + high), 0.5 * (high - low)
         value, slope = pieces.at(which, middle)
         value, slope = value - level, np.abs(slope)
         reach = np.maximum(np.cos(low) - np.cos(middle), np.cos(middle) - np.cos(high))
         by = np.sin(middle)
-        empty = np.abs(value) > half * (slope + 0.5 * half * by_theta[which])
+        empty = np.abs(value) > half * (slope + 0.5 * half * by_theta[which]) + noise[which]
         single = ~empty & ((slope > half * by_theta[which]) | (slope > by * reach * by_x[which]))
         if single.any():
             i = np.flatnonzero(single)
@@ -266,11 +276,34 @@ def _polished(
     x = pieces.place(which, theta)
     slope = pieces.at(which, theta)[1] / (-0.5 * (b - a) * np.sin(theta))
     gentle = np.abs(slope) * (b - a) < WELL * np.abs(pieces.c[which]).max(axis=1)
-    for some, f in ((~gentle, lambda case, x: curve(case, x) - level), (gentle, exact and exact(level))):
-        if f is not None and some.any():
-            for _ in range(2):
-                moved = x[some] - f(case[some], x[some]) / slope[some]
-                x[some] = np.clip(moved, a[some], b[some])
+    for _ in range(2):
+        moved = x - (curve(case, x) - level) / slope
+        x = np.where(gentle, x, np.clip(moved, a, b))
+    if gentle.any() and exact is not None:
+        i = np.flatnonzero(gentle)
+        x[i] = _by_secants(exact(level), case[i], x[i], slope[i], a[i], b[i])
+    return x
+
+
+def _by_secants(f: Curve, case: Places, x: Array, slope: Array, a: Array, b: Array) -> Array:
+    """Roots of a curve that is known better than its polynomial, whose slope serves for the first step only.
+
+    Towards two roots that are close to each other secants go by a factor of 1.6 until they are nearer than the two are.
+    """
+    x, value = x.copy(), f(case, x)
+    left = np.arange(len(x))
+    for _ in range(SECANTS):
+        here, before = x[left], value[left]
+        with np.errstate(divide="ignore", invalid="ignore"):
+            there = np.clip(here - before / slope[left], a[left], b[left])
+            there = np.where(np.isfinite(there), there, here)
+            further = f(case[left], there)
+            chord = (further - before) / (there - here)
+        slope[left] = np.where(np.isfinite(chord) & (chord != 0.0), chord, slope[left])
+        x[left], value[left] = there, further
+        left = left[np.abs(there - here) > 2.0 * EPS * np.maximum(np.abs(there), (b - a)[left])]
+        if not len(left):
+            break
     return x
 
 

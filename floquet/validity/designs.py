@@ -21,14 +21,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..comparison import Comparison, Model, compare, eigenvalues, exact_model, simple_model
+from ..environment import check_environment
 from ..errors import ParameterError
-from ..exponents import exponents
+from ..exponents import BEYOND, exponents
 from ..models import PhysicsKeywords, teetering
 from ..models.flapping import blade
 from ..models.physics import HIGHEST
 from ..period_map import PeriodMap, hill_map
 from ..rotor import Rotor
 from .curves import Crossings, Curve, crossings
+from .levels import BOUNDARIES, Boundary
 
 __all__ = ["WIDTH", "Designs", "Windows"]
 
@@ -66,6 +68,7 @@ class Designs:
                 mu_max,
                 f"{mu_max!r} is no end of the search: give an advance ratio above 0, {HIGHEST:g} at most",
             )
+        check_environment()
         self.rotor, self.mu_max, self.options = rotor, float(mu_max), options
         self.model: Model = exact_model(rotor, model)
         self.count = math.prod(rotor.shape)
@@ -93,31 +96,13 @@ class Designs:
         """ρ of the lock, nan outside."""
         return np.atleast_1d(exponents(self.map(case, mu)).lock)
 
-    def _half_trace(self, case: Places, mu: Array) -> Array:
-        return self.map(case, mu, precise=False).half_trace
+    def _value(self, kind: Boundary) -> Curve:
+        """What is level at such boundaries, in doubles."""
+        return lambda case, mu: BOUNDARIES[kind].value(self.map(case, mu, precise=False))
 
-    def _beyond_one(self, level: float) -> Curve:
-        """τ less ±1, from D."""
-
-        def beyond(case: Places, mu: Array) -> Array:
-            phi = self.map(case, mu)
-            return np.asarray(phi.discriminant / (phi.half_trace + level))
-
-        return beyond
-
-    def _growth(self, case: Places, mu: Array) -> Array:
-        """τ over its value at the onset of growth."""
-        phi = self.map(case, mu, precise=False)
-        return np.asarray(phi.half_trace / np.cosh(phi.mean * phi.period))
-
-    def _beyond_onset(self, level: float) -> Curve:
-        def beyond(case: Places, mu: Array) -> Array:
-            phi = self.map(case, mu)
-            neutral = np.cosh(phi.mean * phi.period)
-            excess = phi.discriminant - np.sinh(phi.mean * phi.period) ** 2
-            return np.asarray(excess / (phi.half_trace + level * neutral) / neutral)
-
-        return beyond
+    def _beyond(self, kind: Boundary) -> Callable[[float], Curve]:
+        """What lies beyond the level, with more digits."""
+        return lambda level: lambda case, mu: BOUNDARIES[kind].beyond(self.map(case, mu), level)
 
     def _splitting(self, case: Places, mu: Array) -> Array:
         """Π (s_i - s_j)² of the simple model's eigenvalues: real, negative for an odd number of complex pairs."""
@@ -143,7 +128,8 @@ class Designs:
     def _passages(
         self, curve: Curve, levels: tuple[float, ...], exact: Callable[[float], Curve], **given: float
     ) -> Crossings:
-        end = curve(np.arange(self.count), np.full(self.count, self.mu_max))
+        with np.errstate(**BEYOND):
+            end = curve(np.arange(self.count), np.full(self.count, self.mu_max))
         if not np.all(np.isfinite(end)):
             gamma = float(np.broadcast_to(self.rotor.lock_number, self.rotor.shape).ravel()[~np.isfinite(end)][0])
             raise ParameterError(
@@ -156,7 +142,7 @@ class Designs:
 
     def windows(self) -> Windows:
         """Every lock."""
-        found = self._passages(self._half_trace, (1.0, -1.0), self._beyond_one)
+        found = self._passages(self._value("lock"), (1.0, -1.0), self._beyond("lock"))
         everyone = np.arange(self.count)
         case = np.concatenate([everyone, found.case, everyone])
         edge = np.concatenate([np.zeros(self.count), found.x, np.full(self.count, self.mu_max)])
@@ -177,7 +163,7 @@ class Designs:
         """The first μ with growth (n,): 0.0 if already in hover, inf if there is none."""
         everyone = np.arange(self.count)
         out = np.full(self.count, math.inf)
-        found = self._passages(self._growth, (1.0, -1.0), self._beyond_onset)
+        found = self._passages(self._value("growth"), (1.0, -1.0), self._beyond("growth"))
         case, first = np.unique(found.case, return_index=True)
         out[case] = found.x[first]
         phi = self.map(everyone, np.zeros(self.count))

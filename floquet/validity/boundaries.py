@@ -1,0 +1,371 @@
+"""Boundaries of locks and of growth along any parameter, and as curves in the plane of any two.
+
+Along a parameter every boundary is found as along μ, see :mod:`floquet.validity.curves`.  In a plane the lines of a
+net are searched in the same way, so that every passage of a boundary through a line is known to rounding, and within a
+mesh of the net a curve joins two passages::
+
+    two on different sides      they are joined
+    two on one side             the tip of a tongue, or a bulge: the mesh is cut in four, down to a part of the net
+    four or more                cut likewise, but for pairs of close passages: the two sides of a narrow tongue go on
+                                side by side
+
+What lies within one mesh whole, as an island, is not seen; a narrower net sees it.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from dataclasses import dataclass, field
+from functools import cache
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..errors import ParameterError, did_you_mean
+from ..exponents import exponents
+from ..period_map import PeriodMap, hill_map
+from ..periodic import PeriodicSystem
+from .curves import Curve, crossings
+from .levels import BOUNDARIES, Boundary
+
+__all__ = ["BoundaryCurve", "boundaries", "transitions"]
+
+Array = NDArray[np.float64]
+Ends = tuple[float, float]
+Line = tuple[float, float, float, float]  # x and y of its start, x and y of its end
+
+OFFSET = 0.38196601125010515  # of the net's lines, of which none is at a place that a problem would choose
+DEPTH = 7  # a mesh is cut in four so often at most
+NARROW = 0.05  # of a side: passages closer than this are the two sides of a tongue
+WIDTH = 1e-9  # of a line: two passages closer than this are none
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class BoundaryCurve:
+    """A curve of a boundary.
+
+    Attributes
+    ----------
+    x, y : (k,)
+        Points of it, each right to rounding, in order; the first is the last of a closed one.
+    rotation_number : (k,)
+        ρ there; on the edge of a lock that of the lock.
+    """
+
+    x: Array
+    y: Array
+    rotation_number: Array
+
+
+def transitions(
+    family: Callable[[Array], PeriodicSystem], low: float, high: float, *, kind: Boundary = "lock"
+) -> tuple[Array, Array]:
+    """Every value of a parameter at which a system enters or leaves a lock, or growth begins or ends.
+
+    Parameters
+    ----------
+    family : callable
+        The system, one scalar equation or identical blades, for an array of values (k,) of the parameter.
+    low, high : float
+        Range of the parameter.
+    kind : {"lock", "growth"}
+
+    Returns
+    -------
+    values : (r,)
+        Of the parameter, in order; windows narrower than 1e-9 of the range are left out.
+    rotation_number : (r,)
+        ρ per unit of t.
+    """
+    a, b = _range("low, high", (low, high))
+    plane = _Plane(lambda x, y: family(x), kind)
+    t, _ = plane.passages([(a, 0.0, b, 0.0)])[0]
+    x = a + (b - a) * t
+    return x, plane.rotation(x, 0.0 * x)
+
+
+def boundaries(
+    family: Callable[[Array, Array], PeriodicSystem],
+    x: Ends,
+    y: Ends,
+    *,
+    kind: Boundary = "lock",
+    meshes: int = 48,
+) -> tuple[BoundaryCurve, ...]:
+    """Curves in the plane of two parameters on which a system enters or leaves a lock, or growth begins or ends.
+
+    Parameters
+    ----------
+    family : callable
+        The system, one scalar equation or identical blades, for arrays of values (k,) of the two parameters.
+    x, y : (low, high)
+        Their ranges.
+    kind : {"lock", "growth"}
+    meshes : int
+        Of the net, each way.
+    """
+    (a, b), (c, d) = _range("x", x), _range("y", y)
+    if isinstance(meshes, bool) or not isinstance(meshes, (int, np.integer)) or meshes < 2:
+        raise ParameterError("meshes", meshes, f"{meshes!r} is no net: give a whole number of meshes, 2 or more")
+    plane = _Plane(family, kind)
+    segments = list(_segments(plane, _net(plane, _lines(a, b, meshes), _lines(c, d, meshes))))
+    chains = [np.array(chain) for chain in _chains(segments)]
+    if not chains:
+        return ()
+    everything = np.concatenate(chains)
+    rho = plane.rotation(everything[:, 0], everything[:, 1])
+    ends = np.cumsum([len(chain) for chain in chains])[:-1]
+    return tuple(
+        BoundaryCurve(x=chain[:, 0], y=chain[:, 1], rotation_number=r)
+        for chain, r in zip(chains, np.split(rho, ends), strict=True)
+    )
+
+
+def _range(name: str, ends: Ends) -> Ends:
+    try:
+        low, high = (float(end) for end in ends)
+    except (TypeError, ValueError):
+        low = high = math.nan
+    if not -math.inf < low < high < math.inf:
+        raise ParameterError(name, ends, f"{ends!r} is no range: give two numbers, the lower first")
+    return low, high
+
+
+def _lines(a: float, b: float, meshes: int) -> Array:
+    """Places of a net's lines, those at the ends included."""
+    return np.concatenate([[a], a + (b - a) * (np.arange(meshes - 1) + 1.0 - OFFSET) / (meshes - 2 * OFFSET + 1), [b]])
+
+
+# ---------------------------------------------------------------------- passages through lines
+class _Plane:
+    """A system by two parameters, and where a boundary passes lines."""
+
+    def __init__(self, family: Callable[[Array, Array], PeriodicSystem], kind: Boundary) -> None:
+        if kind not in BOUNDARIES:
+            known = " or ".join(BOUNDARIES)
+            raise ParameterError(
+                "kind", kind, f"{kind!r} is no boundary{did_you_mean(str(kind), BOUNDARIES)}: it is {known}"
+            )
+        self.family, self.level = family, BOUNDARIES[kind]
+
+    def map(self, x: Array, y: Array, *, precise: bool) -> PeriodMap:
+        system = self.family(x, y)
+        if not isinstance(system, PeriodicSystem):
+            raise ParameterError(
+                "family", self.family, f"the family gives {type(system).__name__}, not a PeriodicSystem"
+            )
+        system = system if system.blade is None else system.blade
+        if not (system.second_order and system.degrees == 1) or system.constant:
+            raise ParameterError(
+                "family",
+                system.name,
+                "boundaries are those of one scalar equation q'' + d q' + k q = 0 or of identical blades: follow the "
+                "modes of other systems with track(family, values)",
+            )
+        if system.cases != x.shape:
+            raise ParameterError(
+                "family",
+                system.cases,
+                f"the family gives cases of shape {system.cases} for values of shape {x.shape}: it is to be made of "
+                "arrays, one case a value",
+            )
+        return hill_map(system, precise=precise)
+
+    def rotation(self, x: Array, y: Array) -> Array:
+        """ρ at points of the boundary."""
+        if not len(x):
+            return np.zeros(0)
+        phi = self.map(x, y, precise=True)
+        rho = np.atleast_1d(exponents(phi).rotation_number)
+        half_turn = math.pi / phi.period
+        return half_turn * np.round(rho / half_turn) if self.level is BOUNDARIES["lock"] else rho
+
+    def passages(self, lines: Sequence[Line]) -> list[tuple[Array, Array]]:
+        """For each line the places, 0 at its start and 1 at its end, and which of the two levels is passed."""
+        x0, y0, x1, y1 = np.array(lines, float).reshape(-1, 4).T
+
+        def at(case: NDArray[np.intp], t: Array, *, precise: bool) -> PeriodMap:
+            return self.map(x0[case] + (x1 - x0)[case] * t, y0[case] + (y1 - y0)[case] * t, precise=precise)
+
+        def beyond(level: float) -> Curve:
+            return lambda case, t: self.level.beyond(at(case, t, precise=True), level)
+
+        found = crossings(
+            lambda case, t: self.level.value(at(case, t, precise=False)),
+            np.zeros(len(lines)),
+            np.ones(len(lines)),
+            (1.0, -1.0),
+            exact=beyond,
+            least=WIDTH,
+        )
+        ends = np.searchsorted(found.case, np.arange(len(lines) + 1))
+        return [(found.x[i:j], found.level[i:j]) for i, j in pairwise(ends)]
+
+
+@dataclass(frozen=True, slots=True)
+class _Point:
+    """A passage: where, and through which level."""
+
+    x: float
+    y: float
+    level: float
+
+
+Side = tuple[_Point, ...]
+
+
+def _points(line: Line, found: tuple[Array, Array]) -> Side:
+    x0, y0, x1, y1 = line
+    places = zip(*(part.tolist() for part in found), strict=True)
+    return tuple(_Point(x0 + (x1 - x0) * t, y0 + (y1 - y0) * t, level) for t, level in places)
+
+
+# ---------------------------------------------------------------------- meshes
+@dataclass(frozen=True)
+class _Mesh:
+    """A rectangle, and the passages through its sides: below, right, above, left."""
+
+    x: Ends
+    y: Ends
+    sides: tuple[Side, Side, Side, Side]
+    depth: int = 0
+    levels: tuple[float, ...] = field(default=(1.0, -1.0))
+
+    def around(self, level: float) -> list[tuple[_Point, int]]:
+        """Passages through one level in the order of the circumference, with the number of their side."""
+        below, right, above, left = ([p for p in side if p.level == level] for side in self.sides)
+        ordered = (
+            sorted(below, key=lambda p: p.x),
+            sorted(right, key=lambda p: p.y),
+            sorted(above, key=lambda p: -p.x),
+            sorted(left, key=lambda p: -p.y),
+        )
+        return [(point, k) for k, side in enumerate(ordered) for point in side]
+
+    def clear(self, level: float) -> bool:
+        """Whether it is plain which passages belong together."""
+        points = self.around(level)
+        sides = [k for _, k in points]
+        if len(points) == 2:
+            return sides[0] != sides[1]
+        if len(points) != 4 or sorted(sides.count(k) for k in set(sides)) != [2, 2]:
+            return not points
+        scale = (self.x[1] - self.x[0], self.y[1] - self.y[0])
+        pairs = [[p for p, k in points if k == side] for side in sorted(set(sides))]
+        return all(abs(p.x - q.x) / scale[0] + abs(p.y - q.y) / scale[1] < NARROW for p, q in pairs)
+
+    def middle(self) -> tuple[float, float]:
+        """Where it is cut."""
+        (a, b), (c, d) = self.x, self.y
+        share = 0.5 + 0.1 * (OFFSET - 0.5)
+        return a + share * (b - a), c + share * (d - c)
+
+    def cross(self) -> list[Line]:
+        """The four lines that cut it: to the left, the right, below and above of the middle."""
+        (a, b), (c, d), (u, v) = self.x, self.y, self.middle()
+        return [(a, v, u, v), (u, v, b, v), (u, c, u, v), (u, v, u, d)]
+
+    def quarters(self, cut: Sequence[Side]) -> Iterator[_Mesh]:
+        """The four parts, with the passages through what cuts them."""
+        (a, b), (c, d), (u, v) = self.x, self.y, self.middle()
+        below, right, above, left = self.sides
+        to_left, to_right, under, over = cut
+        low, high = (tuple(p for p in below if (p.x < u) == first) for first in (True, False))
+        top = [tuple(p for p in above if (p.x < u) == first) for first in (True, False)]
+        near = [tuple(p for p in left if (p.y < v) == first) for first in (True, False)]
+        far = [tuple(p for p in right if (p.y < v) == first) for first in (True, False)]
+        deeper = self.depth + 1
+        yield _Mesh((a, u), (c, v), (low, under, to_left, near[0]), deeper, self.levels)
+        yield _Mesh((u, b), (c, v), (high, far[0], to_right, under), deeper, self.levels)
+        yield _Mesh((a, u), (v, d), (to_left, over, top[0], near[1]), deeper, self.levels)
+        yield _Mesh((u, b), (v, d), (to_right, far[1], top[1], over), deeper, self.levels)
+
+
+def _net(plane: _Plane, x: Array, y: Array) -> list[_Mesh]:
+    """All meshes through whose sides something passes."""
+    along = [(float(x[0]), float(v), float(x[-1]), float(v)) for v in y]
+    across = [(float(u), float(y[0]), float(u), float(y[-1])) for u in x]
+    lines = [*along, *across]
+    points = [_points(line, found) for line, found in zip(lines, plane.passages(lines), strict=True)]
+    level = [_cut(side, [p.x for p in side], x) for side in points[: len(along)]]
+    upright = [_cut(side, [p.y for p in side], y) for side in points[len(along) :]]
+    found = []
+    for i in range(len(x) - 1):
+        for j in range(len(y) - 1):
+            sides = (level[j][i], upright[i + 1][j], level[j + 1][i], upright[i][j])
+            if any(sides):
+                found.append(_Mesh((float(x[i]), float(x[i + 1])), (float(y[j]), float(y[j + 1])), sides))
+    return found
+
+
+def _cut(side: Side, places: Sequence[float], ends: Array) -> list[Side]:
+    """The passages through the parts of a line."""
+    part = np.clip(np.searchsorted(ends, places, side="right") - 1, 0, len(ends) - 2)
+    return [tuple(p for p, k in zip(side, part, strict=True) if k == i) for i in range(len(ends) - 1)]
+
+
+def _segments(plane: _Plane, meshes: Iterable[_Mesh]) -> Iterator[tuple[_Point, _Point]]:
+    """Passages that belong together, two a piece."""
+    waiting = list(meshes)
+    while waiting:
+        unclear = []
+        for mesh in waiting:
+            open_levels = tuple(v for v in mesh.levels if mesh.depth < DEPTH and not mesh.clear(v))
+            for level in mesh.levels:
+                if level not in open_levels:
+                    yield from _joined(mesh.around(level))
+            if open_levels:
+                unclear.append(_Mesh(mesh.x, mesh.y, mesh.sides, mesh.depth, open_levels))
+        lines = [line for mesh in unclear for line in mesh.cross()]
+        sides = [
+            _points(line, found) for line, found in zip(lines, plane.passages(lines) if lines else [], strict=True)
+        ]
+        waiting = [part for k, mesh in enumerate(unclear) for part in mesh.quarters(sides[4 * k : 4 * k + 4])]
+
+
+def _joined(points: Sequence[tuple[_Point, int]]) -> Iterator[tuple[_Point, _Point]]:
+    """Curves that do not cross: fewest that return to the side they come from, then the shortest."""
+
+    @cache
+    def best(i: int, j: int) -> tuple[int, int, float, tuple[tuple[int, int], ...]]:
+        """Of the passages i … j-1: those without a partner, those that return, length, and the pairs."""
+        if i >= j:
+            return 0, 0, 0.0, ()
+        alone, back, length, pairs = best(i + 1, j)
+        found = [(alone + 1, back, length, pairs)]
+        for k in range(i + 1, j):
+            inner, outer = best(i + 1, k), best(k + 1, j)
+            (p, side), (q, other) = points[i], points[k]
+            found.append(
+                (
+                    inner[0] + outer[0],
+                    inner[1] + outer[1] + (side == other),
+                    inner[2] + outer[2] + math.hypot(p.x - q.x, p.y - q.y),
+                    ((i, k), *inner[3], *outer[3]),
+                )
+            )
+        return min(found)
+
+    for i, k in best(0, len(points))[3]:
+        yield points[i][0], points[k][0]
+
+
+def _chains(segments: Sequence[tuple[_Point, _Point]]) -> list[list[tuple[float, float]]]:
+    """Segments end to end, the ends of open curves first."""
+    beside: dict[_Point, list[_Point]] = {}
+    for p, q in segments:
+        beside.setdefault(p, []).append(q)
+        beside.setdefault(q, []).append(p)
+    chains = []
+    for start in [*(p for p, others in beside.items() if len(others) == 1), *beside]:
+        if not beside[start]:
+            continue
+        chain, here = [start], start
+        while beside[here]:
+            there = beside[here].pop()
+            beside[there].remove(here)
+            chain.append(here := there)
+        chains.append([(p.x, p.y) for p in chain])
+    return chains
