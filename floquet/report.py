@@ -28,7 +28,7 @@ from floquet.errors import ParameterError
 from floquet.exponents import Reason, Verdict
 from floquet.period_map import Method
 from floquet.rotor import PARAMETERS, Hub, Rotor
-from floquet.validity import Limit, limits, lock_windows
+from floquet.validity import Limit, all_limits, limits, lock_windows
 
 if TYPE_CHECKING:
     from floquet.exponents import Stability
@@ -45,6 +45,8 @@ Record = dict[str, Any]
 
 NO_INFLOW = "Dynamic inflow is not in the model; it matters most for the low-frequency regressing mode."
 KNOT = 1852.0 / 3600.0  # m/s
+NEARBY, CHANGE = {"lock_number": "γ", "offset_mass_ratio": "m", "hinge_stiffness": "κ"}, 0.1
+"""Parameters, and by what part, to which a limit at one advance ratio is held."""
 FINER = (2, 3, 4)  # harmonics of the averaged models that are tried where the tip-path plane fails
 LEGEND = """\
 limit: first advance ratio μ at which the simple model's error passes the tolerance; from: still failing at the last μ;
@@ -472,7 +474,7 @@ class ModeVerdict:
 
     ``rule`` is what the mode is compared with; ``dampings`` are the blade's and ``simple_dampings`` the simple mode's,
     per rev, the lesser first.  ``harmonics`` of the averaged model that holds where this one does not; 0 if none
-    does, None if none was tried.
+    does, None if none was tried.  ``nearby`` are the limits for a parameter 10 % lower and 10 % higher.
     """
 
     mode: str
@@ -486,6 +488,7 @@ class ModeVerdict:
     limit: Limit
     harmonics: int | None
     harmonics_error: float
+    nearby: Mapping[str, tuple[float, float]]
 
 
 @dataclasses.dataclass(frozen=True)
@@ -515,9 +518,35 @@ def verdict(
     failing = any(not comparison[one.mode].by(metric) <= tolerance for one in found)
     finer = FINER if failing and exact_model(rotor, options.get("model")) == "flapping" else ()
     better = {m: compare(rotor, advance_ratio, harmonics=m, **options) for m in finer}
-    judged = tuple(_judge(comparison, comparison[one.mode], one, better) for one in found)
+    nearby = _nearby(rotor, found, sought, **options)
+    judged = tuple(
+        _judge(comparison, comparison[one.mode], one, better, near) for one, near in zip(found, nearby, strict=True)
+    )
     window = _window(rotor, advance_ratio, float(comparison.stability.lock), sought, **options)
     return RotorVerdict(rotor, advance_ratio, tolerance, metric, comparison, judged, window)
+
+
+def _nearby(
+    rotor: Rotor, found: Sequence[Limit], mu_max: float, **options: Any
+) -> list[dict[str, tuple[float, float]]]:
+    """For each limit those of rotors with a little less and a little more of γ, m and κ, by the parameter's name."""
+    values = {name: float(getattr(rotor, name)) for name in NEARBY}
+    names = [name for name, value in values.items() if value]
+    changed = {name: np.full(2 * len(names), value) for name, value in values.items()}
+    for i, name in enumerate(names):
+        changed[name][2 * i : 2 * i + 2] *= (1.0 - CHANGE, 1.0 + CHANGE)
+    near = all_limits(
+        rotor.replace(**changed),
+        tolerances=list(dict.fromkeys((one.metric, one.tolerance) for one in found)),
+        modes=list(dict.fromkeys(one.mode for one in found)),
+        mu_max=mu_max,
+        **options,
+    )
+    columns = [near.wanted.index((one.mode, one.metric, one.tolerance)) for one in found]
+    return [
+        {name: (float(near.limit[2 * i, k]), float(near.limit[2 * i + 1, k])) for i, name in enumerate(names)}
+        for k in columns
+    ]
 
 
 def _window(
@@ -530,7 +559,13 @@ def _window(
     return next((w for w in inside if w[2] == lock), (math.nan, math.nan, lock))
 
 
-def _judge(comparison: Comparison, mode: ModeComparison, limit: Limit, better: Mapping[int, Comparison]) -> ModeVerdict:
+def _judge(
+    comparison: Comparison,
+    mode: ModeComparison,
+    limit: Limit,
+    better: Mapping[int, Comparison],
+    nearby: Mapping[str, tuple[float, float]],
+) -> ModeVerdict:
     error = float(mode.by(limit.metric))
     valid = error <= limit.tolerance
     holds = {m: float(c[mode.name].by(limit.metric)) for m, c in better.items()}
@@ -538,6 +573,7 @@ def _judge(comparison: Comparison, mode: ModeComparison, limit: Limit, better: M
     return ModeVerdict(
         mode.name, valid, error, Rule(mode.rule), _dampings(comparison.stability.exponents), _dampings(mode.simple),
         mode.cause, mode.lock, limit, first, holds.get(first or 0, math.nan),
+        nearby,
     )  # fmt: skip
 
 
@@ -555,7 +591,8 @@ def verdict_records(answer: RotorVerdict) -> list[Record]:
             "advance_ratio": answer.advance_ratio, "mode": one.mode, "valid": one.valid, "error": one.error,
             "rule_here": one.rule, "dampings": one.dampings, "simple_dampings": one.simple_dampings,
             "cause_here": one.cause, "lock_here": one.lock, "harmonics": one.harmonics,
-            "harmonics_error": one.harmonics_error, "verdict": Verdict(answer.comparison.stability.verdict),
+            "harmonics_error": one.harmonics_error, "nearby_limits": one.nearby,
+            "verdict": Verdict(answer.comparison.stability.verdict),
         }  # fmt: skip
         out.append(here | limit_records(answer.rotor, [one.limit])[0] | {"note": NO_INFLOW})
     return out
@@ -602,7 +639,7 @@ def _sentence(one: ModeVerdict) -> str:
     because = "" if one.valid else f", because {CAUSES[one.cause].format(lock=per_rev(one.lock))}"
     edge = [] if math.isnan(limit.lock_edge) else [f"the nearest lock edge is at μ = {number(limit.lock_edge, 4)}"]
     instead = [] if one.valid else [_instead(one, metric)]
-    return "; ".join([first + because, _where(limit), *edge, *instead]) + "."
+    return "; ".join([first + because, _where(limit) + _moved(one), *edge, *instead]) + "."
 
 
 def _judged(one: ModeVerdict, metric: Metric) -> str:
@@ -623,6 +660,23 @@ def _where(limit: Limit) -> str:
     if not limit.intervals:
         return f"it keeps the tolerance up to μ = {number(limit.mu_max)}"
     return f"it fails at μ = {intervals_text(limit.intervals)}".replace("at μ = from ", "from μ = ")
+
+
+def _moved(one: ModeVerdict) -> str:
+    """How the limit moves with the rotor."""
+    share = f"{CHANGE:.0%}".replace("%", " %")
+    still, moved = [], []
+    for name, (low, high) in one.nearby.items():
+        if math.isinf(one.limit.limit) and math.isinf(low) and math.isinf(high):
+            still.append(NEARBY[name])
+        else:
+            moved.append(f"{NEARBY[name]} {share} lower: {_limit(low)}, higher: {_limit(high)}")
+    said = [f"with {_listed(still)} {share} lower or higher too"] if still else []
+    return f" ({'; '.join(said + moved)})" if one.nearby else ""
+
+
+def _limit(value: float) -> str:
+    return "none" if math.isinf(value) else number(value, 4)
 
 
 def _instead(one: ModeVerdict, metric: Metric) -> str:

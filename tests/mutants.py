@@ -32,6 +32,7 @@ OTHERS: tuple[Mutant, ...] = (
     Mutant("failed parts are done", CLI, "return 3 if finished.failed else 0", "return 0", ASKED),
     Mutant("damage is done", CLI, "_fail(str(DamageError(file, places)), 1) if places else 0", "0", ASKED),
     Mutant("no room is bad input", CLI, "1 if isinstance(error, FailedError) else 2", "2", ASKED),
+    Mutant("limits of other rotors", REPORT, "(1.0 - CHANGE, 1.0 + CHANGE)", "(1.0 + CHANGE, 1.0 - CHANGE)", ASKED),
     Mutant("a warning for every call", CLI, '"once", FloquetWarning', '"always", FloquetWarning', ASKED),
     Mutant("teetering with four blades", CLI, 'changes.setdefault("blades", 2)', "pass", ASKED),
     Mutant("flags forgotten", CLI, "load_rotor(file).replace(**changes)", "load_rotor(file)", ASKED),

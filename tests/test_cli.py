@@ -141,6 +141,25 @@ def test_verdict_in_words(run: Floquet) -> None:
     assert "use the Floquet exponents" in text and NO_INFLOW in text
 
 
+def test_a_verdict_says_how_the_limit_moves_with_the_rotor(run: Floquet) -> None:
+    """10 % of γ and m, and of κ where there is a spring, by the library's own limits of those rotors."""
+    options = ("--lock-number", "8", "--hinge-offset", "0.05", "--hinge-stiffness", "0.1", "--advance-ratio", "0.2")
+    rows = run("validity", *options, "--json").json
+    rotor = Rotor(lock_number=8.0, hinge_offset=0.05, hinge_stiffness=0.1)
+    for row in rows:
+        assert set(row["nearby_limits"]) == {"lock_number", "offset_mass_ratio", "hinge_stiffness"}
+        for name, ends in row["nearby_limits"].items():
+            for share, limit in zip((0.9, 1.1), ends, strict=True):
+                other = rotor.replace(offset_mass_ratio=rotor.offset_mass_ratio)
+                other = other.replace(**{name: getattr(other, name) * share})
+                assert float(limit) == validity_limit(other, mode=row["mode"])
+    low, high = (f"{end:.4g}" for end in rows[0]["nearby_limits"]["lock_number"])
+    assert f"γ 10 % lower: {low}, higher: {high}" in run("validity", *options).out
+    assert "with γ 10 % lower or higher too" in run(
+        "validity", "--lock-number", "4", "--blades", "2", "--hub", "teetering", "--advance-ratio", "0.2"
+    ).out  # fmt: skip
+
+
 def test_verdict_holds_its_advice(run: Floquet) -> None:
     """The averaged model that is recommended does keep the tolerance, by the library's own comparison."""
     row = run("validity", *BLADE, "--advance-ratio", "0.45", "--mode", "regressing", "--json").json[0]
