@@ -12,8 +12,7 @@ The single blade needs none of this: its branch is the rotation number (:mod:`fl
 
 A mode of dissimilar blades does not whirl: it stays on one blade, β = T(ψ) q, and has parts of equal size in all
 multiblade coordinates.  It is called ``blade 2`` after its place among the blades, counted from 0, and its branch is
-that of the dominant harmonic of that blade.  Where two of three blades are alike their modes have the same exponents,
-any mixture of them is a mode, and all are called ``blade 0+1``.
+that of the dominant harmonic of that blade.
 """
 
 from __future__ import annotations
@@ -35,8 +34,6 @@ from .periodic import TWO_PI, PeriodicSystem
 __all__ = ["Modes", "characters", "modes", "numbered", "paired"]
 
 Complex = NDArray[np.complex128]
-TAKES_PART = 1e-3  # of the displacement: a blade with less is not in the mode
-ALIKE = 1e-9  # per rev: modes whose exponents are nearer are any mixture of one another
 STEPS = 64  # azimuths of the eigenvectors: harmonics up to 31 a span, far above any model's
 
 
@@ -90,10 +87,10 @@ def modes(system: PeriodicSystem) -> Modes:
     found_maps = passage(system, psi)
     states = found_maps.at_outputs(found_maps.fundamental())
     half = STEPS if system.twist is None else STEPS // 2
-    values, V = np.linalg.eig((twist[:, None] * states[half]).astype(complex))
+    values, V = _eigenvectors(system, twist[:, None] * states[half])
     found = stability(system)
     eta = np.asarray(found.exponents)
-    order = paired(eta, np.log(values) / T, 2.0 * math.pi / T)
+    order = paired(eta, np.asarray(np.log(values) / T, complex), 2.0 * math.pi / T)
     p = np.einsum("kij,jm->mki", states, V[:, order]) * np.exp(-eta[:, None] * psi)[:, :, None]
     p /= np.sqrt(np.mean(np.sum(np.abs(p[:, :-1]) ** 2, axis=-1), axis=-1))[:, None, None]
     q = p[:, :-1, : system.degrees]
@@ -105,10 +102,10 @@ def modes(system: PeriodicSystem) -> Modes:
     lifted = eta + 1j * frequencies[[h for _, h in dominant]]
     names = [_name(system.coordinates, int(i), int(h), lifted[m].imag, c[m]) for m, (i, h) in enumerate(dominant)]
     motion = _of_blades(system, q, psi[:-1])
-    if motion is not None and system.twist is None:
-        for m, (name, h) in enumerate(_alone(motion, eta)):
-            if name:
-                names[m], lifted[m] = name, eta[m] + 1j * frequencies[h]
+    if motion is not None and system.blades:
+        for m, i in enumerate(np.argmax(_shares(motion), axis=1)):
+            h = np.argmax(np.abs(np.fft.fft(motion[m, :, i])))
+            names[m], lifted[m] = f"blade {i}", eta[m] + 1j * frequencies[h]
     return Modes(
         names=numbered(names),
         exponents=lifted,
@@ -140,14 +137,23 @@ def _shares(motion: Complex) -> NDArray[np.float64]:
     return np.asarray(share / share.sum(axis=1, keepdims=True))
 
 
-def _alone(motion: Complex, eta: Complex) -> list[tuple[str, int]]:
-    """Name after the blades that take part, "" where all do, and the dominant harmonic of the one that does most."""
-    shares, d = _shares(motion), eta[:, None] - eta[None, :]
-    part = (np.hypot(d.real, d.imag - np.round(d.imag)) < ALIKE) @ (shares > TAKES_PART)
-    most = np.take_along_axis(motion, np.argmax(shares, axis=1)[:, None, None], axis=2)[:, :, 0]
-    dominant = np.argmax(np.abs(np.fft.fft(most, axis=1)), axis=1)
-    names = ["" if p.all() else "blade " + "+".join(map(str, np.flatnonzero(p))) for p in part]
-    return list(zip(names, map(int, dominant), strict=True))
+def _eigenvectors(system: PeriodicSystem, M: NDArray[np.float64]) -> tuple[Complex, Complex]:
+    """Eigenvalues and vectors of the map over a period from ψ = 0 on.
+
+    Of dissimilar blades blade by blade: (β, β') = (T q, T' q + T q') are not coupled, and where two blades are alike
+    their modes would otherwise be any mixture.
+    """
+    if not system.blades:
+        values, V = np.linalg.eig(M.astype(complex))
+        return np.asarray(values), np.asarray(V)
+    N, T = system.degrees, transformation(system.degrees)[0]
+    t, slope = (matrix.sample(np.zeros(1))[0] for matrix in (T, T.derivative()))
+    S = np.block([[t, np.zeros((N, N))], [slope, t]])
+    own, values, V = S @ M @ np.linalg.inv(S), np.empty(2 * N, complex), np.zeros((2 * N, 2 * N), complex)
+    for i in range(N):
+        here, pair = [i, N + i], [2 * i, 2 * i + 1]
+        values[pair], V[np.ix_(here, pair)] = np.linalg.eig(own[np.ix_(here, here)].astype(complex))
+    return values, np.linalg.solve(S, V)
 
 
 def characters(system: PeriodicSystem, exponents: Complex, vectors: Complex) -> tuple[str, ...]:

@@ -866,6 +866,9 @@ class PeriodicSystem:
         Names of q (or x).
     blade : PeriodicSystem, optional
         One coordinate whose exponents, shifted by the whole numbers 0 … n-1, are the exponents of this system.
+    blades : tuple of PeriodicSystem, optional
+        Where there is no such coordinate: the equations of n blades, each in its own azimuth, of which this system in
+        multiblade coordinates is made, and whose exponents it has.
     equation : Equation, optional
         Of a model: millions of cases are then made and solved in pieces that fit a cache.
     """
@@ -882,6 +885,7 @@ class PeriodicSystem:
     coordinates: tuple[str, ...] = ()
     name: str = ""
     blade: PeriodicSystem | None = None
+    blades: tuple[PeriodicSystem, ...] = ()
     equation: Equation | None = None
 
     def __post_init__(self) -> None:
@@ -1066,9 +1070,9 @@ class PeriodicSystem:
         if self.equation is not None:
             equation = self.equation.part(index)  # kept, so that a part of it is exact from the parameters too
             if not exact:
-                return replace(self, damping=None, stiffness=None, equation=equation, blade=None)
+                return replace(self, damping=None, stiffness=None, equation=equation, blade=None, blades=())
             D, K = equation.exact()
-            return replace(self, damping=D, stiffness=K, equation=None, blade=None)
+            return replace(self, damping=D, stiffness=K, equation=None, blade=None, blades=())
         if self.function is not None:
             if exact:
                 raise ParameterError(
@@ -1149,7 +1153,13 @@ class PeriodicSystem:
         }
         inputs = self.inputs
         return replace(
-            self, period=math.nan, twist=None, blade=None, inputs=inputs and (lambda: _averaged(inputs())), **averaged
+            self,
+            period=math.nan,
+            twist=None,
+            blade=None,
+            blades=(),
+            inputs=inputs and (lambda: _averaged(inputs())),
+            **averaged,
         )
 
 

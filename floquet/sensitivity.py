@@ -183,14 +183,40 @@ def _directions(rotor: Rotor, suffix: str = "") -> dict[str, dict[str, ArrayLike
 
 
 def _of_blades(rotors: list[Rotor], advance_ratio: ArrayLike, **options: Unpack[PhysicsKeywords]) -> Sensitivities:
-    """Of blades one by one, and of μ, which all of them share."""
+    """Of blades one by one, and of μ, which all of them share; no parameter of one moves an exponent of another."""
     system = multiblade(rotors, advance_ratio, **options)
     if system.blade is not None:
         return sensitivities(rotors[0], advance_ratio, **options)
-    directions: dict[str, dict[str, ArrayLike]] = {}
-    for i, rotor in enumerate(rotors):
-        directions |= _directions(rotor, f" {i}")
-    return of_system(system, directions | {"advance_ratio": {f"advance_ratio {i}": 1.0 for i in range(len(rotors))}})
+    each = [of_system(b, _with_mu(_directions(r), False)) for b, r in zip(system.blades, rotors, strict=True)]
+    found, cases, count = stability(system), system.cases, len(each[0].parameters)
+    own = np.concatenate([np.broadcast_to(one.stability.exponents, (*cases, 2)) for one in each], axis=-1)
+    pairs = zip(np.reshape(found.exponents, (-1, 2 * len(each))), own.reshape(-1, 2 * len(each)), strict=True)
+    order = np.reshape([paired(a, b, 1.0) for a, b in pairs], own.shape)
+
+    def whole(parts: Sequence[NDArray[Any]], other: Any) -> NDArray[Any]:
+        """Of every blade's parameters in turn, μ last; ``other`` is the rate with those of another blade."""
+        full = [np.broadcast_to(_padded(part, len(cases)), (count, *cases, 2)) for part in parts]
+        rows = [
+            np.concatenate(
+                [part[:-1] if i == k else np.full((count - 1, *cases, 2), other) for i in range(len(full))], -1
+            )
+            for k, part in enumerate(full)
+        ]
+        rows.append(np.concatenate([part[-1:] for part in full], -1))
+        return np.take_along_axis(np.concatenate(rows), order[None], axis=-1)
+
+    return Sensitivities(
+        parameters=(*(f"{name} {i}" for i in range(len(each)) for name in each[0].parameters[:-1]), "advance_ratio"),
+        stability=found,
+        rates=whole([one.rates for one in each], 0.0),
+        errors=whole([one.errors for one in each], 0.0),
+        trusted=whole([one.trusted for one in each], True),
+    )
+
+
+def _padded(values: NDArray[Any], axes: int) -> NDArray[Any]:
+    """(parameters, ..., states) with as many axes of cases, of length 1."""
+    return values.reshape(values.shape[:1] + (1,) * (axes + 2 - values.ndim) + values.shape[1:])
 
 
 def of_system(

@@ -130,10 +130,15 @@ def track(family: Family, values: ArrayLike) -> Track:
     Returns
     -------
     Track
+        Of dissimilar blades, one after the other: they are not coupled, so that each is followed alone, and events are
+        those of each blade.
     """
     wanted = np.asarray(values, float)
     if wanted.ndim != 1 or not wanted.size or not np.all(np.isfinite(wanted)):
         raise ParameterError("values", values, "give one or more finite values of the parameter, along one axis")
+    blades = max(len(family(float(value)).blades) for value in (wanted.min(), wanted.max()))
+    if blades:
+        return _joined([track(_alone_in(family, i, blades), wanted) for i in range(blades)])
     walk = _Walk(family, float(wanted.min()), float(wanted.max()))
     base = np.linspace(walk.low, walk.high, MESH + 1)
     mesh = np.union1d(base, wanted)
@@ -154,6 +159,39 @@ def track(family: Family, values: ArrayLike) -> Track:
         exponents=exponents + 1j * lifts,
         certain=np.stack(path.certain)[rows],
         events=tuple(sorted([*path.events, *_veerings(path)], key=lambda event: event.low)),
+    )
+
+
+def _alone_in(family: Family, i: int, blades: int) -> Family:
+    """Blade i of systems of blades that are dissimilar, at some values identical."""
+
+    def alone(value: float) -> PeriodicSystem:
+        system = family(value)
+        found = system.blades or (() if system.blade is None else (system.blade,) * system.degrees)
+        if len(found) != blades:
+            raise ParameterError(
+                "family",
+                value,
+                f"it gave {blades} blades at one value and {len(found)} at {value:g}: give as many at every value",
+            )
+        return found[i]
+
+    return alone
+
+
+def _joined(tracks: Sequence[Track]) -> Track:
+    """Of one blade after the other."""
+    events = [
+        replace(event, modes=(event.modes[0] + 2 * i, event.modes[1] + 2 * i))
+        for i, one in enumerate(tracks)
+        for event in one.events
+    ]
+    return Track(
+        values=tracks[0].values,
+        names=tuple(f"blade {i}" for i, one in enumerate(tracks) for _ in one.names),
+        exponents=np.concatenate([one.exponents for one in tracks], axis=1),
+        certain=np.concatenate([one.certain for one in tracks], axis=1),
+        events=tuple(sorted(events, key=lambda event: event.low)),
     )
 
 

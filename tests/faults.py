@@ -690,9 +690,9 @@ maps = (
     
     Mutant("planes of three axes signed", TILES, "weight[:, -1] = np.abs(e)", "pass", C),
     Mutant("exactness lost in parts", "floquet/periodic.py",
-           "return replace(self, damping=None, stiffness=None, equation=equation, blade=None)",
+           "return replace(self, damping=None, stiffness=None, equation=equation, blade=None, blades=())",
            "D, K = equation.whole()\n"
-           "                return replace(self, damping=D, stiffness=K, equation=None, blade=None)", C),
+           "                return replace(self, damping=D, stiffness=K, equation=None, blade=None, blades=())", C),
 )  # fmt: skip
 PANELS, EIGEN, JOINED, SWEEPS = (f"floquet/kernels/{name}.py" for name in ("factors", "eigen", "products", "sweeps"))
 SERIES, COLLOCATED = "floquet/period_map/series.py", "floquet/period_map/collocated.py"

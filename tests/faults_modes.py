@@ -1,4 +1,4 @@
-"""The faults that ``make mutants`` injects into rates of exponents and the tracking of modes."""
+"""The faults that ``make mutants`` injects into rates of exponents, tracks of modes and dissimilar blades."""
 
 from __future__ import annotations
 
@@ -49,4 +49,32 @@ tracking = (
     Mutant("whirls of the plane reversed", "floquet/modes.py",
            "forward = omega * whirl < 0 and", "forward = omega * whirl > 0 and", f"{FOLLOWED} tests/test_modes.py"),
 )  # fmt: skip
-MODES: tuple[Mutant, ...] = (*sensitivity, *tracking)
+MULTIBLADE, PLANE, VECTORS = "floquet/models/multiblade.py", "floquet/models/tip_path_plane.py", "floquet/modes.py"
+EACH = "tests/test_dissimilar.py"
+dissimilar = (
+    Mutant("blades are identical if two are", MULTIBLADE,
+           "return all(_same(b, blades[0]) for b in blades)", "return _same(blades[-1], blades[0])", EACH),
+    Mutant("blades turn backwards", MULTIBLADE,
+           "azimuths = [TWO_PI * i / N for i in range(N)]\n    models",
+           "azimuths = [-TWO_PI * i / N for i in range(N)]\n    models", EACH),
+    Mutant("all blades forced as the first", MULTIBLADE,
+           "for b, a in zip(models, azimuths, strict=True) if (f := b.forcing)",
+           "for b, a in zip(models, azimuths, strict=True) if (f := models[0].forcing)", EACH),
+    Mutant("dissimilar blades with the symmetry of one", MULTIBLADE,
+           "blade=models[0] if similar else None", "blade=models[0]", EACH),
+    Mutant("any number of blades given", MULTIBLADE, "if b.blades not in (N, Rotor.blades)", "if False", EACH),
+    Mutant("averages keep quiet", PLANE,
+           "if len(blades) > 2 and not identical(blades)", "if len(blades) > 9 and not identical(blades)", EACH),
+    Mutant("averages always complain", PLANE,
+           "if len(blades) > 2 and not identical(blades)", "if len(blades) > 1", EACH),
+    Mutant("T' left out of the blades' rates", VECTORS,
+           "np.block([[t, np.zeros((N, N))], [slope, t]])", "np.block([[t, np.zeros((N, N))], [0 * slope, t]])", EACH),
+    Mutant("modes called after the blade they are not on", VECTORS,
+           "np.argmax(_shares(motion), axis=1)", "np.argmin(_shares(motion), axis=1)", EACH),
+    Mutant("rates of blades in another order", RATES,
+           "order = np.reshape([paired(a, b, 1.0) for a, b in pairs], own.shape)",
+           "order = np.reshape([np.arange(len(b)) for a, b in pairs], own.shape)", EACH),
+    Mutant("events of every blade in the first columns", TRACKS,
+           "(event.modes[0] + 2 * i, event.modes[1] + 2 * i)", "(event.modes[0], event.modes[1])", EACH),
+)  # fmt: skip
+MODES: tuple[Mutant, ...] = (*sensitivity, *tracking, *dissimilar)

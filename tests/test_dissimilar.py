@@ -21,7 +21,7 @@ from floquet.modes import modes
 from floquet.periodic import PeriodicSystem
 from floquet.response import step_response
 from floquet.rotor import Rotor
-from floquet.sensitivity import plane_sensitivities
+from floquet.sensitivity import of_system, plane_sensitivities, sensitivities
 from floquet.tracking import track
 from floquet.validity import lock_windows
 from tests.support import distances
@@ -236,7 +236,8 @@ def test_mode_of_a_detuned_blade_is_in_all_coordinates_alike() -> None:
     found = modes(multiblade(blades, 0.3))
     assert found.blades is not None
     mine = [i for i, name in enumerate(found.names) if name == "blade 2"]
-    assert len(mine) == 2 and found.names.count("blade 0+1+3") == 6
+    assert len(mine) == 2 and sorted(found.names) == sorted(2 * tuple(f"blade {i}" for i in range(4)))
+    np.testing.assert_allclose(found.blades.max(axis=1), 1.0, atol=1e-14)  # alike blades, too
     np.testing.assert_allclose(found.blades[mine], [[0.0, 0.0, 1.0, 0.0]] * 2, atol=1e-20)
     np.testing.assert_allclose(found.blades[[i for i in range(8) if i not in mine], 2], 0.0, atol=1e-20)
     share = found.participation[mine].sum(axis=2)
@@ -244,25 +245,70 @@ def test_mode_of_a_detuned_blade_is_in_all_coordinates_alike() -> None:
     np.testing.assert_allclose(share[:, 1] + share[:, 2], 2.0 / 3.0, atol=1e-12)
 
 
-def test_modes_of_equal_blades_are_on_all_of_them_and_whirl() -> None:
-    rotor = modes(multiblade(ROTOR.replace(blades=3), 0.3))
-    unseen = [ROTOR, ROTOR, ROTOR.replace(lock_number=8.0 * (1.0 + 1e-15))]
-    np.testing.assert_allclose(rotor.blades, 1.0 / 3.0, rtol=1e-15)
-    assert set(rotor.names) == {"regressing", "coning", "advancing"}
-    hidden = modes(multiblade(unseen, 0.3))  # a difference below rounding
-    assert not any(name.startswith("blade") for name in hidden.names)
+def test_modes_of_equal_blades_are_on_all_of_them() -> None:
+    found = modes(multiblade(ROTOR.replace(blades=3), 0.3))
+    np.testing.assert_allclose(found.blades, 1.0 / 3.0, rtol=1e-15)
+    assert set(found.names) == {"regressing", "coning", "advancing"}
     assert modes(flapping(ROTOR, 0.3)).blades is None
-    turns = replace(multiblade(unseen, 0.3), coordinates=tuple("abc"))
-    assert modes(turns).blades is None
+    assert modes(replace(multiblade(mixed(3), 0.3), coordinates=tuple("abc"))).blades is None
 
 
-def test_tracks_are_called_after_the_blades() -> None:
-    found = track(lambda m: multiblade(mixed(3), m), np.linspace(0.0, 0.4, 5))
-    assert sorted(found.names) == sorted(f"blade {i}" for i in (0, 0, 1, 1, 2, 2))
-    for i, b in enumerate(mixed(3)):
-        exact = stability(flapping(b, np.linspace(0.0, 0.4, 5))).exponents
-        for a, e in zip(found[f"blade {i}"], exact, strict=True):
-            assert distances(a, e, 1.0).max() < 1e-12
+def test_modes_of_other_systems_in_these_coordinates_are_shared_by_their_blades() -> None:
+    """Given as matrices, nobody knows that the blades are alone: the shares say it, names are those of whirl."""
+    made = multiblade(mixed(3), 0.3)
+    given = PeriodicSystem(
+        period=made.period, damping=made.damping, stiffness=made.stiffness, coordinates=made.coordinates
+    )
+    found = modes(given)
+    assert found.blades is not None and not any(name.startswith("blade") for name in found.names)
+    np.testing.assert_allclose(found.blades.max(axis=1), 1.0, atol=1e-12)
+
+
+def test_tracks_go_blade_by_blade() -> None:
+    """Three alike and one whose κ passes theirs: where all are equal, too, each has its blade's exponents and locks."""
+    kappa = np.linspace(0.08, 0.12, 5)
+    found = track(lambda k: multiblade([ROTOR] * 3 + [ROTOR.replace(hinge_stiffness=k)], 0.7), kappa)
+    assert found.names == tuple(f"blade {i}" for i in (0, 0, 1, 1, 2, 2, 3, 3)) and found.certain.all()
+    for i in range(4):
+        exact = stability(flapping(ROTOR.replace(hinge_stiffness=kappa if i == 3 else 0.1 + 0.0 * kappa), 0.7))
+        for a, e in zip(found[f"blade {i}"], exact.exponents, strict=True):
+            assert distances(a, e, 1.0).max() < 1e-13
+    alone = track(lambda k: flapping(ROTOR.replace(hinge_stiffness=k), 0.7), kappa)
+    np.testing.assert_array_equal(alone.exponents, found["blade 3"])
+    assert [(e.kind, e.modes) for e in found.events] == [(e.kind, (6, 7)) for e in alone.events] != []
+
+
+def test_tracks_of_a_changing_number_of_blades_are_refused() -> None:
+    with pytest.raises(ParameterError, match="3 blades at one value and 2 at"):
+        track(lambda m: multiblade(mixed(3 if m == 0.4 else 2), m), [0.0, 0.4])
+
+
+def test_rates_are_those_of_each_blade_where_some_are_alike() -> None:
+    """Rotors of two cases with two blades alike: their exponents coincide, their rates are still known."""
+    blades = [ROTOR, ROTOR, ROTOR.replace(lock_number=np.array([6.0, 9.0]))]
+    mu = np.array([[0.2], [0.3], [0.4]])
+    found = sensitivities(blades, mu)
+    eta = found.stability.exponents
+    assert eta.shape == (3, 2, 6) and found.rates.shape == (3 * 9 + 1, 3, 2, 6) and found.trusted.all()
+    for i, b in enumerate(blades):
+        one = sensitivities(b, mu)
+        rates = found[f"hinge_stiffness {i}"]
+        for case in np.ndindex(3, 2):
+            mine = np.flatnonzero(rates[case])
+            assert len(mine) == 2
+            at = (case[0], case[1] if i == 2 else 0)
+            own = np.asarray(one.stability.exponents)[at]
+            assert distances(eta[case][mine], own, 1.0).max() < 1e-12
+            for name in ("hinge_stiffness", "lock_number", "hinge_offset"):
+                assert distances(found[f"{name} {i}"][case][mine], one[name][at]).max() < 1e-13
+            assert distances(found["advance_ratio"][case][mine], one["advance_ratio"][at]).max() < 1e-13
+
+
+def test_rates_of_all_coordinates_are_those_blade_by_blade() -> None:
+    found, whole = sensitivities(mixed(3), 0.2), of_system(multiblade(mixed(3), 0.2))
+    for i in range(3):
+        row = whole.parameters.index(f"lock_number {i}")
+        assert np.all(np.abs(whole.rates[row] - found[f"lock_number {i}"]) <= whole.errors[row] + 1e-14)
 
 
 # ---------------------------------------------------------------------- averages

@@ -87,6 +87,7 @@ def multiblade(
         twist=twist if similar else None,
         equation=Equation(build=build, parameters=_parameters(models[:1] if similar else models), degrees=N),
         blade=models[0] if similar else None,
+        blades=() if similar else tuple(models),
         inputs=forcing,
         input_names=models[0].input_names,
         coordinates=coordinates(N),
