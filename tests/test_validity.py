@@ -13,7 +13,7 @@ import pytest
 from scipy.optimize import brentq
 from scipy.special import mathieu_a, mathieu_b
 
-from floquet.comparison import Cause, Metric, Rule, compare
+from floquet.comparison import Cause, Metric, Rule, compare, eigenvalues
 from floquet.errors import ParameterError
 from floquet.exponents import stability
 from floquet.models import flapping, tip_path_plane
@@ -25,11 +25,13 @@ from floquet.validity import (
     limits,
     lock_windows,
     split_edges,
+    tpp_instability_onset,
     validity_intervals,
     validity_limit,
 )
 from tests.support import REFERENCE
 
+FAMILY = ("lock_number", "hinge_offset", "hinge_stiffness", "pitch_flap_coupling")
 FAMILIES: dict[str, dict[str, float]] = {
     "fig6": {},
     "fig7": {"hinge_offset": 0.15},
@@ -347,3 +349,35 @@ def test_no_rotor_has_no_limit(sought: Callable[..., Any]) -> None:
 def test_a_mode_is_a_word() -> None:
     with pytest.raises(ParameterError, match="3 is not a mode of this rotor"):
         validity_limit(Rotor(lock_number=8.0), mode=3)  # type: ignore[arg-type]
+
+
+# ---------------------------------------------------------------------- growth of the simple model
+def test_the_teetering_plane_grows_from_the_square_root_of_two() -> None:
+    """For every Lock number, without spring and coupling: eq. (7) has the constant term P² - 1 - … = 0 there."""
+    gamma = np.array([2.0, 5.0, 8.0, 16.0])
+    found = tpp_instability_onset(Rotor(lock_number=gamma, blades=2, hub=Hub.TEETERING))
+    np.testing.assert_allclose(found, math.sqrt(2.0), atol=1e-10)
+    assert tpp_instability_onset(Rotor(lock_number=8.0, blades=2, hub=Hub.TEETERING), 1.4) == math.inf
+
+
+def test_growth_of_the_plane_is_that_of_a_scan() -> None:
+    """Random rotors: the largest real part is negative on a fine grid up to the onset, and positive behind it."""
+    rng = np.random.default_rng(12)
+    rotor = Rotor(
+        lock_number=rng.uniform(2.0, 20.0, 40),
+        hinge_offset=rng.uniform(0.0, 0.15, 40),
+        hinge_stiffness=rng.uniform(0.0, 0.3, 40),
+        pitch_flap_coupling=rng.uniform(-1.0, 0.6, 40),
+        blades=3,
+    )
+    found = tpp_instability_onset(rotor, 2.0)
+    assert 5 < np.isfinite(found).sum() < 40
+    mu = np.linspace(0.0, 2.0, 4001)
+    for k in range(40):
+        one = Rotor(**{name: float(getattr(rotor, name)[k]) for name in FAMILY}, blades=3)
+        growth = eigenvalues(tip_path_plane(one, mu)).real.max(axis=-1)
+        first = mu[growth > 0.0][0] if np.any(growth > 0.0) else math.inf
+        assert first - 5e-4 <= found[k] <= first if math.isfinite(first) else found[k] > 2.0 - 5e-4
+        if 0.0 < found[k] < math.inf:
+            beside = eigenvalues(tip_path_plane(one, found[k] + np.array([-1e-7, 1e-7]))).real.max(axis=-1)
+            assert beside[0] < 0.0 < beside[1]

@@ -41,6 +41,7 @@ __all__ = [
     "lock_windows",
     "locks",
     "split_edges",
+    "tpp_instability_onset",
     "transitions",
     "validity_intervals",
     "validity_limit",
@@ -115,6 +116,14 @@ def instability_onset(
 ) -> Any:
     """The first μ with growth; 0.0 if already in hover, inf if none up to ``mu_max``."""
     found = Designs(rotor, mu_max, model, options).onsets()
+    return found.reshape(rotor.shape) if rotor.shape else float(found[0])
+
+
+def tpp_instability_onset(
+    rotor: Rotor, mu_max: float = 3.0, *, model: Model | None = None, **options: Unpack[PhysicsKeywords]
+) -> Any:
+    """The first μ with growth of the tip-path plane; 0.0 if already in hover, inf if none up to ``mu_max``."""
+    found = Designs(rotor, mu_max, model, options).simple_onsets()
     return found.reshape(rotor.shape) if rotor.shape else float(found[0])
 
 

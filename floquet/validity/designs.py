@@ -35,6 +35,7 @@ from .levels import BOUNDARIES, Boundary
 __all__ = ["WIDTH", "Designs", "Windows"]
 
 Array = NDArray[np.float64]
+Complex = NDArray[np.complex128]
 Places = NDArray[np.intp]
 WIDTH = 1e-9  # windows narrower than this are not reported
 ROUNDING_OF_EIGENVALUES = 1e-11  # and of the products of their differences, relative to the largest
@@ -104,9 +105,19 @@ class Designs:
         """What lies beyond the level, with more digits."""
         return lambda level: lambda case, mu: BOUNDARIES[kind].beyond(self.map(case, mu), level)
 
+    def _simple(self, case: Places, mu: Array) -> Complex:
+        """Eigenvalues of the simple model."""
+        return eigenvalues(simple_model(self.at(case), mu, model=self.model, **self.options))
+
+    def _margin(self, case: Places, mu: Array) -> Array:
+        """Π (s_i + s_j) with i ≤ j: smooth in μ, zero where an eigenvalue or a pair is on the imaginary axis."""
+        roots = self._simple(case, mu)
+        i, j = np.triu_indices(roots.shape[-1])
+        return np.asarray(np.prod(roots[..., i] + roots[..., j], axis=-1)).real
+
     def _splitting(self, case: Places, mu: Array) -> Array:
         """Π (s_i - s_j)² of the simple model's eigenvalues: real, negative for an odd number of complex pairs."""
-        roots = eigenvalues(simple_model(self.at(case), mu, model=self.model, **self.options))
+        roots = self._simple(case, mu)
         i, j = np.triu_indices(roots.shape[-1], 1)
         return np.asarray(np.prod(roots[..., i] - roots[..., j], axis=-1) ** 2).real
 
@@ -140,16 +151,20 @@ class Designs:
         case, start, stop = self.ranges()
         return crossings(curve, start, stop, levels, case=case, exact=exact, least=WIDTH, **given)
 
-    def windows(self) -> Windows:
-        """Every lock."""
-        found = self._passages(self._value("lock"), (1.0, -1.0), self._beyond("lock"))
+    def _between(self, found: Crossings) -> tuple[Places, Array, Array]:
+        """Case, start and stop of the ranges from one passage to the next, wider than :data:`WIDTH`."""
         everyone = np.arange(self.count)
         case = np.concatenate([everyone, found.case, everyone])
         edge = np.concatenate([np.zeros(self.count), found.x, np.full(self.count, self.mu_max)])
         order = np.lexsort((edge, case))
         case, edge = case[order], edge[order]
         inner = (case[:-1] == case[1:]) & (edge[1:] - edge[:-1] > WIDTH)
-        case, enter, leave = case[:-1][inner], edge[:-1][inner], edge[1:][inner]
+        return case[:-1][inner], edge[:-1][inner], edge[1:][inner]
+
+    def windows(self) -> Windows:
+        """Every lock."""
+        found = self._passages(self._value("lock"), (1.0, -1.0), self._beyond("lock"))
+        case, enter, leave = self._between(found)
         rho = self.locks(case, 0.5 * (enter + leave))
         locked = ~np.isnan(rho)
         case, enter, leave, rho = (x[locked] for x in (case, enter, leave, rho))
@@ -168,6 +183,16 @@ class Designs:
         out[case] = found.x[first]
         phi = self.map(everyone, np.zeros(self.count))
         out[phi.discriminant > np.sinh(phi.mean * phi.period) ** 2] = 0.0
+        return out
+
+    def simple_onsets(self) -> Array:
+        """The first μ with growth of the simple model (n,): 0.0 if already in hover, inf if there is none."""
+        found = self._passages(self._margin, (0.0,), lambda _: self._margin, rounding=ROUNDING_OF_EIGENVALUES)
+        case, start, stop = self._between(found)
+        grows = self._simple(case, 0.5 * (start + stop)).real.max(axis=-1) > 0.0
+        out = np.full(self.count, math.inf)
+        first, place = np.unique(case[grows], return_index=True)
+        out[first] = start[grows][place]
         return out
 
     def splits(self) -> Crossings:
