@@ -167,7 +167,7 @@ class Designs:
         case, enter, leave = self._between(found)
         rho = self.locks(case, 0.5 * (enter + leave))
         locked = ~np.isnan(rho)
-        case, enter, leave, rho = (x[locked] for x in (case, enter, leave, rho))
+        case, enter, leave, rho = case[locked], enter[locked], leave[locked], rho[locked]
         joined = (case[1:] == case[:-1]) & (enter[1:] == leave[:-1]) & (rho[1:] == rho[:-1])  # no edge after all
         first, last = np.append(True, ~joined)[: len(case)], np.append(~joined, True)[: len(case)]
         leave = leave[last]
