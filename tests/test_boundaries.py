@@ -136,6 +136,7 @@ def test_what_has_no_boundaries_is_refused() -> None:
     for family, ends, message in (
         (lambda a: mathieu(a, 0.3), (2.0, 1.0), "no range"),
         (lambda a: mathieu(a, 0.3), (0.0, math.inf), "no range"),
+        (3.0, (0.0, 1.0), "no family: give a function"),
         (lambda a: 3.0, (0.0, 1.0), "gives float"),
         (lambda mu: tip_path_plane(one, mu), (0.0, 1.0), "one scalar equation"),
         (lambda a: mathieu(1.0, 0.3), (0.0, 1.0), "one case a value"),

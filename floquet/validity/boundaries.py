@@ -148,6 +148,10 @@ class _Plane:
             raise ParameterError(
                 "kind", kind, f"{kind!r} is no boundary{did_you_mean(str(kind), BOUNDARIES)}: it is {known}"
             )
+        if not callable(family):
+            raise ParameterError(
+                "family", family, f"{family!r} is no family: give a function of the parameter that returns the system"
+            )
         self.family, self.level = family, BOUNDARIES[kind]
 
     def map(self, x: Array, y: Array, *, precise: bool) -> PeriodMap:
