@@ -80,6 +80,7 @@ def transitions(
         ρ per unit of t.
     """
     a, b = _range("low, high", (low, high))
+    _check_family(family)
     plane = _Plane(lambda x, y: family(x), kind)
     t, _ = plane.passages([(a, 0.0, b, 0.0)])[0]
     x = a + (b - a) * t
@@ -107,6 +108,7 @@ def boundaries(
         Of the net, each way.
     """
     (a, b), (c, d) = _range("x", x), _range("y", y)
+    _check_family(family)
     if isinstance(meshes, bool) or not isinstance(meshes, (int, np.integer)) or meshes < 2:
         raise ParameterError("meshes", meshes, f"{meshes!r} is no net: give a whole number of meshes, 2 or more")
     plane = _Plane(family, kind)
@@ -121,6 +123,13 @@ def boundaries(
         BoundaryCurve(x=chain[:, 0], y=chain[:, 1], rotation_number=r)
         for chain, r in zip(chains, np.split(rho, ends), strict=True)
     )
+
+
+def _check_family(family: object) -> None:
+    if not callable(family):
+        raise ParameterError(
+            "family", family, f"{family!r} is no family: give a function of the parameter that returns the system"
+        )
 
 
 def _range(name: str, ends: Ends) -> Ends:
@@ -147,10 +156,6 @@ class _Plane:
             known = " or ".join(BOUNDARIES)
             raise ParameterError(
                 "kind", kind, f"{kind!r} is no boundary{did_you_mean(str(kind), BOUNDARIES)}: it is {known}"
-            )
-        if not callable(family):
-            raise ParameterError(
-                "family", family, f"{family!r} is no family: give a function of the parameter that returns the system"
             )
         self.family, self.level = family, BOUNDARIES[kind]
 
