@@ -14,7 +14,8 @@ from floquet import Hub, Rotor, boundaries, flapping, lock_windows, multiblade, 
 from floquet.errors import ParameterError
 from floquet.models.textbook import mathieu
 from floquet.periodic import PeriodicMatrix, PeriodicSystem
-from floquet.validity import BoundaryCurve
+from floquet.validity import BoundaryCurve, crossings
+from floquet.validity.curves import Curve
 from tests.support import REFERENCE
 
 Array = np.ndarray[Any, Any]
@@ -114,6 +115,17 @@ def test_a_narrow_tongue_keeps_its_two_sides() -> None:
     (tongue,) = boundaries(lambda x, y: spring(x**2 - 1e-3 * (y - 0.5)), (-1.0, 1.0), (0.0, 1.0), meshes=6)
     np.testing.assert_allclose(tongue.x**2, 1e-3 * (tongue.y - 0.5), atol=1e-12)
     assert tongue.y[0] == tongue.y[-1] == 1.0 and tongue.y.min() < 0.6
+
+
+def test_what_passes_a_level_by_less_than_rounding_is_decided_by_more_digits() -> None:
+    """A dome of 1e-5 over a range, 1.3e-15 of it above 1: the polynomial lies below or above, as it is rounded."""
+    for centre in np.random.default_rng(1).uniform(0.2, 0.8, 40):
+
+        def beyond(level: float, centre: float = float(centre)) -> Curve:
+            return lambda case, t: (1.0 - level) + (1.3e-15 - 1.1e-5 * (t - centre) ** 2)
+
+        found = crossings(beyond(0.0), np.zeros(1), np.ones(1), (1.0,), exact=beyond, least=1e-9)
+        np.testing.assert_allclose(found.x, centre + np.array([-1.0, 1.0]) * math.sqrt(1.3e-15 / 1.1e-5), atol=1e-9)
 
 
 def test_locks_of_the_plane_of_lock_number_and_advance_ratio() -> None:
