@@ -19,6 +19,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import pytest
 from numpy.typing import NDArray
+from scipy.integrate import solve_ivp
 from scipy.optimize import brentq, linear_sum_assignment
 from scipy.special import mathieu_a, mathieu_b
 
@@ -26,9 +27,12 @@ from floquet import Rotor, compare
 from floquet.comparison import Cause, Rule
 from floquet.exhibits import Exhibit, module
 from floquet.plot import validity_curves as curves
+from floquet.plot.effects import Effects, effects_figure
+from floquet.rotor import load_rotor
 from floquet.validity import limits
 from tests.support import REFERENCE, oracle, oracle_exponents
 from tests.truth import closed_forms, extended
+from tests.truth.blade_element import Blade, hinge_moment
 
 ROOT = Path(__file__).parents[1]
 PAGE = (ROOT / "docs" / "validity.md").read_text(encoding="utf-8") if (ROOT / "docs" / "validity.md").exists() else ""
@@ -675,7 +679,7 @@ def texts_are_apart(figure: Any) -> None:
     figure.draw_without_rendering()
     texts = [t for ax in figure.axes for t in (*ax.texts, ax._left_title, ax.xaxis.label, ax.yaxis.label)]  # type: ignore[attr-defined]
     texts += [t for ax in figure.axes if ax.get_legend() for t in ax.get_legend().get_texts()]
-    texts += [*figure.legends[0].get_texts(), figure._supxlabel]
+    texts += [*(t for legend in figure.legends for t in legend.get_texts()), figure._supxlabel]
     boxes = [(t.get_text(), t.get_window_extent()) for t in texts if t.get_text()]
     frame = figure.bbox
     for i, (text, box) in enumerate(boxes):
@@ -711,3 +715,129 @@ def test_captions_are_short_and_figures_explain_themselves(question: int) -> Non
     footer = found.figure.get_supxlabel().replace("\n", " ")
     assert ("side by side" in footer) == (question != 2) and ("a thin line is a rotor" in footer) == (question == 1)
     assert any("critically damped" in text for text in legend) == (question == 2)
+
+
+# ---------------------------------------------------------------------- options, harmonics, terms, rates
+def from_file(name: str) -> dict[str, Any]:
+    """Parameters of a rotor of data/rotors as ``blade_element.Blade`` calls them."""
+    one = load_rotor(ROOT / "data" / "rotors" / f"{name}.toml")
+    return {
+        "gamma": one.lock_number, "eps": one.hinge_offset, "kappa": one.hinge_stiffness, "K1": one.pitch_flap_coupling,
+        "m": one.offset_mass_ratio,
+    }  # fmt: skip
+
+
+def quadrature_pair(blade: Blade) -> tuple[Complex, bool]:
+    """Principal exponents of a blade and whether they are locked, by quadrature along it under DOP853."""
+
+    def rates(psi: float, y: Any) -> Any:
+        accelerations = [hinge_moment(blade, psi, beta=y[i], rate=y[i + 1]) for i in (0, 2)]
+        return [y[1], accelerations[0], y[3], accelerations[1]]
+
+    y = solve_ivp(rates, (0.0, 2.0 * math.pi), [1.0, 0.0, 0.0, 1.0], "DOP853", rtol=1e-10, atol=1e-12).y[:, -1]
+    multipliers = np.linalg.eigvals(y.reshape(2, 2)).astype(complex)
+    eta = np.log(multipliers) / (2.0 * math.pi)
+    eta = eta[np.argsort(-eta.real)] if np.ptp(eta.real) > 1e-7 else eta[np.argsort(-eta.imag)]
+    return eta, bool(np.ptp(eta.real) > 1e-7)
+
+
+def quadrature_plane(blade: Blade, count: int = 180) -> Complex:
+    """Eigenvalues of the tip-path plane: means over azimuths (trapezoidal rule) of t⁺ (…) with d and k."""
+    D, K = np.zeros((3, 3)), np.zeros((3, 3))
+    for psi in 2.0 * math.pi * np.arange(count) / count:
+        c, s = math.cos(psi), math.sin(psi)
+        t, first, second = np.array([[1.0, -c, -s], [0.0, s, -c], [0.0, c, s]])
+        d, k = (-hinge_moment(blade, psi, **{name: 1.0}) for name in ("rate", "beta"))
+        plus = np.array([1.0, -2.0 * c, -2.0 * s]) / count
+        D += np.outer(plus, 2.0 * first + d * t)
+        K += np.outer(plus, second + d * first + k * t)
+    return companion(D, K)
+
+
+def quadrature_errors(mu: float, name: str, **changed: Any) -> Errors:
+    """Errors of the tip-path plane of a rotor, all by quadrature."""
+    blade = Blade(mu=mu, **(from_file(name) | changed))
+    eta, locked = quadrature_pair(blade)
+    psi = 2.0 * math.pi * np.arange(90) / 90
+    means = [np.mean([-hinge_moment(blade, x, **{n: 1.0}) for x in psi]) for n in ("rate", "beta")]
+    rho = lifted(eta, {"c0": means[0], "k0": means[1]}, 1.0)  # type: ignore[dict-item]
+    return compared(eta, locked, rho, quadrature_plane(blade), MODES).errors
+
+
+QUESTION_11 = [
+    ("puma", "Puma SA 330", "reversed flow", "regressing", {"reversed_flow": True}),
+    ("uh60a", "UH-60A", "exact integrals", "coning", {}),
+    ("uh60a", "UH-60A", "root cut-out 0.2", "regressing", {"root_cutout": 0.2}),
+    ("lynx", "Lynx", "tip loss 0.97", "regressing", {"tip_loss": 0.97}),
+    ("lynx", "Lynx", "flap damping 0.1", "regressing", {"flap_damping": 0.1}),
+    ("bo105", "Bo 105", "kinematic rates", "regressing", {"kinematic_rates": True}),
+]
+
+
+@pytest.mark.parametrize(("file", "name", "option", "mode", "changed"), QUESTION_11)
+def test_question_11_limits(file: str, name: str, option: str, mode: str, changed: dict[str, Any]) -> None:
+    """At a limit the error passes 5 %, by quadrature along the blade and DOP853."""
+    limit = next(r[mode] for r in shown(11).table if (r["rotor"], r["option"]) == (name, option))
+    before, after = (quadrature_errors(limit + step, file, **changed)[mode] for step in (-2e-5, 2e-5))
+    assert before < TOLERANCE < after
+
+
+def test_question_11_locks_and_growth() -> None:
+    """Edges of locks, and growth of γ = 8, P = 1 from 1.3919, in reversed flow from 2.2282, by quadrature."""
+    at = {(r["rotor"], r["option"]): r for r in shown(11).table}
+    for option, changed in (("default", {}), ("reversed flow", {"reversed_flow": True})):
+        onset = at["γ = 8, ε = 0", option]["growth"]
+        assert onset == pytest.approx(2.2282 if changed else 1.3919, abs=5e-5)
+        before, after = (
+            quadrature_pair(Blade(mu=onset + step, **from_file("tp1431-fig6"), **changed))[0].real.max()
+            for step in (-1e-5, 1e-5)
+        )
+        assert before < 0.0 < after
+    edge = at["Lynx", "flap damping 0.1"]["first_lock"]
+    blades = [Blade(mu=edge + step, flap_damping=0.1, **from_file("lynx")) for step in (-1e-5, 1e-5)]
+    assert [quadrature_pair(blade)[1] for blade in blades] == [False, True]
+    limit = at["γ = 8, ε = 0.15", "m = 1.5 ε/(1 − ε)"]["regressing"]  # truncated integrals: extended precision
+    mu, m = limit + np.array([-1e-6, 1e-6]), 0.225 / 0.85
+    pairs, D = extended.exponents(8.0, 0.15, 0.0, 0.0, mu, m)
+    errors = []
+    for pair, locked, x in zip(pairs, D > 0, mu, strict=True):
+        c = closed_forms.truncated(8.0, 0.15, mu=float(x), m=m)
+        errors.append(compared(pair, bool(locked), lifted(pair, c, 1.0), companion(*closed_forms.table_3(c)), MODES))
+    assert errors[0].errors["regressing"] < TOLERANCE < errors[1].errors["regressing"]
+
+
+def test_question_11_says_what_it_found() -> None:
+    numbers, table = shown(11).numbers, shown(11).table
+    assert len(table) == 7 * 8 and numbers["quantities that kinematic rates move"] == 0.0
+    at = {(r["rotor"], r["option"]): r for r in table}
+    for name in ("Bo 105", "Lynx", "Puma SA 330", "γ = 8, ε = 0", "teetering, γ = 6"):  # no offset
+        for option in ("exact integrals", "m = 1.5 ε/(1 − ε)"):
+            assert {k: v for k, v in at[name, option].items() if v == v and k != "option"} == {
+                k: v for k, v in at[name, "default"].items() if v == v and k != "option"
+            }
+    assert at["teetering, γ = 6", "reversed flow"]["growth"] == math.inf
+    low, high = (at["Lynx", o]["regressing"] - at["Lynx", "default"]["regressing"]
+                 for o in ("flap damping 0.1", "tip loss 0.97"))  # fmt: skip
+    assert f"Lynx by {high:+.3f} and −{-low:.3f}" in shown(11).caption
+    lynx = [at["Lynx", o]["regressing"] for o in ("default", "tip loss 0.97", "flap damping 0.1")]
+    assert "the Lynx's from {:.3f} to {:.3f}, mechanical damping of 0.1 to {:.3f}".format(*lynx) in text()
+    offset = [at["γ = 8, ε = 0.15", o]["regressing"] for o in ("default", "exact integrals")]
+    assert f"exact in ε move limits by {offset[1] - offset[0]:.3f} at ε = 0.15" in text()
+    edges = [at["Lynx", o]["first_lock"] for o in ("default", "tip loss 0.97", "flap damping 0.1")]
+    assert "its lock begins at {:.3f}, {:.3f} and {:.3f}".format(*edges) in text()
+
+
+def test_what_vanishes_or_appears_stands_at_the_edge() -> None:
+    pairs = {"moved": (0.4, 0.5), "gone": (0.4, math.inf), "new": (math.inf, 0.4), "never": (math.inf, math.inf)}
+    panel = Effects(title="limit", values={"option": pairs})
+    ax = effects_figure([panel]).axes[0]
+    found = {line.get_gid(): (line.get_marker(), round(float(line.get_xdata()[0]), 6)) for line in ax.lines
+             if line.get_gid()}  # fmt: skip
+    assert found == {"option, moved": ("o", 0.1), "option, gone": (">", 0.112), "option, new": ("<", -0.112)}
+
+
+@pytest.mark.parametrize("question", [11])
+def test_captions_are_short(question: int) -> None:
+    found = shown(question)
+    assert len(found.caption.split()) < 155 and not re.search(r"\d%|[{}]", found.caption) and len(found.numbers) > 3
+    texts_are_apart(found.figure)
