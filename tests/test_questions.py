@@ -827,6 +827,59 @@ def test_question_11_says_what_it_found() -> None:
     assert "its lock begins at {:.3f}, {:.3f} and {:.3f}".format(*edges) in text()
 
 
+ROTORS_12 = {"Bo 105": "bo105", "Lynx": "lynx", "Puma SA 330": "puma", "γ = 8, ε = 0": "tp1431-fig6"}
+
+
+@pytest.mark.parametrize("name", ROTORS_12)
+def test_question_12_limits(name: str) -> None:
+    """Limits at 1, 5 and 10 % and errors at 0.3 by extended precision and short Hill matrices."""
+    values = from_file(ROTORS_12[name])
+    rotor = tuple(float(values[key]) for key in ("gamma", "eps", "kappa", "K1"))
+    hills = {k: f"regressing-{-k}" if k < 0 else f"advancing-{k}" for k in (-4, -3, -2, 2, 3, 4)}
+    for M, N in ((1, 3), (2, 5), (3, 7), (4, 9)):
+        rows = [r for r in shown(12).table if (r["rotor"], r["blades"], r["harmonics"]) == (name, N, M)]
+        assert len(rows) == 2 * M + 1
+        wanted = [r[key] for r in rows for key in study(12).TOLERANCES]
+        mu = sorted({*around(wanted, 1e-7), 0.3})
+        points = dict(zip(mu, articulated([(*rotor, x) for x in mu], M), strict=True))
+        for r in rows:
+            mine = next((f"further {k}" for k, word in hills.items() if word == r["mode"]), r["mode"])
+            errors = {x: point.errors[mine] for x, point in points.items()}
+            assert r["error_at_0.3"] == pytest.approx(errors[0.3], rel=1e-5, abs=1e-12)
+            for key, tolerance in study(12).TOLERANCES.items():
+                assert holds_until(r[key], errors, tolerance, 1e-7), (r, key)
+
+
+def test_question_12_says_what_it_found() -> None:
+    table = shown(12).table
+    allowed = {(r["blades"], r["harmonics"]) for r in table}
+    assert allowed == {(N, M) for N in range(3, 10) for M in range(1, 5) if 2 * M + 1 <= N}
+    for name in {r["rotor"] for r in table}:
+        some = [r for r in table if r["rotor"] == name]
+        differential = {(r["limit_5_percent"], r["error_at_0.3"]) for r in some if r["mode"] == "differential"}
+        assert len(differential) == 1 and {r["blades"] % 2 for r in some if r["mode"] == "differential"} == {0}
+        for M in (2, 3, 4):  # the outermost regressing mode fails first, with one exception
+            modes = {r["mode"]: r["limit_5_percent"] for r in some if (r["blades"], r["harmonics"]) == (9, M)}
+            assert (modes[f"regressing-{M}"] > min(modes.values())) == ((name, M) == ("UH-60A", 4))
+    kept = {(r["rotor"], r["harmonics"]): r["error_at_0.3"] for r in table if r["mode"] == "regressing"}
+    gone = [100.0 * (1.0 - kept[name, 2] / kept[name, 1]) for name in {name for name, _ in kept}]
+    assert f"takes {min(gone):.1f} to {max(gone):.1f} % of the regressing error" in text()
+    assert f"takes {min(gone):.1f} to {max(gone):.1f} % of the regressing error" in shown(12).caption
+    least = study(12).whole(table, "Puma SA 330", 4, 9)
+    outermost = next(
+        r
+        for r in table
+        if (r["rotor"], r["blades"], r["harmonics"], r["mode"]) == ("Puma SA 330", 9, 4, "regressing-4")
+    )
+    assert outermost["limit_5_percent"] == least and f"of nine blades' model at {least:.3f}" in text()
+    c = closed_forms.truncated(*(float(from_file("puma")[k]) for k in ("gamma", "eps", "kappa", "K1")), mu=0.3)
+    pair = extended.exponents(*(from_file("puma")[k] for k in ("gamma", "eps", "kappa", "K1")), 0.3, 0.0)[0]
+    simple = companion(np.array([[c["c0"]]]), np.array([[c["k0"]]]))
+    error = compared(pair, False, lifted(pair, c, 1.0), simple, {"differential": 0}).errors["differential"]
+    mine = next(r for r in table if (r["rotor"], r["mode"]) == ("Puma SA 330", "differential"))
+    assert mine["error_at_0.3"] == pytest.approx(error, rel=1e-8)
+
+
 def test_what_vanishes_or_appears_stands_at_the_edge() -> None:
     pairs = {"moved": (0.4, 0.5), "gone": (0.4, math.inf), "new": (math.inf, 0.4), "never": (math.inf, math.inf)}
     panel = Effects(title="limit", values={"option": pairs})
@@ -836,7 +889,7 @@ def test_what_vanishes_or_appears_stands_at_the_edge() -> None:
     assert found == {"option, moved": ("o", 0.1), "option, gone": (">", 0.112), "option, new": ("<", -0.112)}
 
 
-@pytest.mark.parametrize("question", [11])
+@pytest.mark.parametrize("question", [11, 12])
 def test_captions_are_short(question: int) -> None:
     found = shown(question)
     assert len(found.caption.split()) < 155 and not re.search(r"\d%|[{}]", found.caption) and len(found.numbers) > 3
