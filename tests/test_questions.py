@@ -12,6 +12,7 @@ import json
 import math
 import re
 from collections.abc import Iterable, Mapping, Sequence
+from itertools import pairwise
 from pathlib import Path
 from types import ModuleType
 from typing import Any, NamedTuple
@@ -28,6 +29,7 @@ from floquet.comparison import Cause, Rule
 from floquet.exhibits import Exhibit, module
 from floquet.plot import validity_curves as curves
 from floquet.plot.effects import Effects, effects_figure
+from floquet.plot.waterfall import Waterfall, waterfall_figure
 from floquet.rotor import load_rotor
 from floquet.validity import limits
 from tests.support import REFERENCE, oracle, oracle_exponents
@@ -880,6 +882,56 @@ def test_question_12_says_what_it_found() -> None:
     assert mine["error_at_0.3"] == pytest.approx(error, rel=1e-8)
 
 
+def test_question_13() -> None:
+    """Ends of the waterfall by quadrature and table 3, the step between by a short Hill matrix; shares add up to 1."""
+    table = shown(13).table
+    files = {
+        "Bo 105": "bo105",
+        "Lynx": "lynx",
+        "Puma SA 330": "puma",
+        "UH-60A": "uh60a",
+        "γ = 8, ε = 0.15": "tp1431-fig7",
+    }
+    for name, file in files.items():
+        steps = [r for r in table if (r["rotor"], r["mode"]) == (name, "regressing")]
+        values = from_file(file)
+        eps = float(values["eps"])
+        if file == "tp1431-fig7":
+            values["m"] = 1.5 * eps / (1.0 - eps)
+        eta, locked = quadrature_pair(Blade(mu=0.35, reversed_flow=True, **values))
+        exact = steps[0]["exponent_before"]
+        gap = np.exp(2.0 * math.pi * exact) - np.exp(2.0 * math.pi * eta)  # the multiplier knows no whole turns
+        assert np.abs(gap).min() < 1e-8 and locked == (name == "Lynx")
+        c = closed_forms.truncated(*(float(values[k]) for k in ("gamma", "eps", "kappa", "K1")), mu=0.35, m=1.5 * eps)
+        plane = companion(*closed_forms.table_3(c))
+        assert np.abs(plane - steps[-1]["exponent_after"]).min() < 1e-12
+        assert np.abs(hill(c, range(-2, 3)) - steps[-1]["exponent_before"]).min() < 1e-12
+        assert sum(r["share"] for r in steps) == pytest.approx(1.0, abs=1e-12)
+        if not locked:  # both members of a pair move alike
+            whole = abs(steps[-1]["exponent_after"] - exact) / abs(exact)
+            assert sum(r["percent"] for r in steps) == pytest.approx(100.0 * whole, rel=1e-9)
+        for before, after in pairwise(steps):
+            assert before["exponent_after"] == after["exponent_before"]
+        assert all(r["least_share"] <= r["share"] <= r["largest_share"] for r in steps)
+        moved = [r["percent"] != 0.0 for r in steps[1:3]]
+        assert moved == [eps != 0.0] * 2
+    assert not [r for r in table if (r["rotor"], r["mode"]) == ("Lynx", "coning")]
+    assert len(list(study(13).orders())) == 60
+    share = {(r["rotor"], r["step"]): 100.0 * r["share"] for r in table if r["mode"] == "regressing"}
+    real = list(files)[:4]
+    last, flow = ([share[n, step] for n in real] for step in ("harmonic 2 dropped", "reversed flow dropped"))
+    said = f"second harmonic makes {min(last):.0f} to {max(last):.0f} % of the difference, reversed flow"
+    said += f" {min(flow):.1f} to {max(flow):.1f} %".replace("-", "−")
+    assert said in text()
+    assert f"m = 1.5 ε makes {share['γ = 8, ε = 0.15', 'm = 1.5 ε']:.0f} %" in text()
+
+
+def test_a_waterfall_ends_where_its_steps_do() -> None:
+    figure = waterfall_figure([[Waterfall(title="mine", steps=[2.0, -0.5, 0.25])]], ["a", "b", "c", "all"], xlabel="%")
+    bars = {p.get_gid(): (p.get_x(), p.get_x() + p.get_width()) for p in figure.axes[0].patches}
+    assert bars == {"step 0": (0.0, 2.0), "step 1": (2.0, 1.5), "step 2": (1.5, 1.75), "total": (0.0, 1.75)}
+
+
 def test_what_vanishes_or_appears_stands_at_the_edge() -> None:
     pairs = {"moved": (0.4, 0.5), "gone": (0.4, math.inf), "new": (math.inf, 0.4), "never": (math.inf, math.inf)}
     panel = Effects(title="limit", values={"option": pairs})
@@ -889,7 +941,7 @@ def test_what_vanishes_or_appears_stands_at_the_edge() -> None:
     assert found == {"option, moved": ("o", 0.1), "option, gone": (">", 0.112), "option, new": ("<", -0.112)}
 
 
-@pytest.mark.parametrize("question", [11, 12])
+@pytest.mark.parametrize("question", [11, 12, 13])
 def test_captions_are_short(question: int) -> None:
     found = shown(question)
     assert len(found.caption.split()) < 155 and not re.search(r"\d%|[{}]", found.caption) and len(found.numbers) > 3
