@@ -29,6 +29,7 @@ from floquet.comparison import Cause, Rule
 from floquet.exhibits import Exhibit, module
 from floquet.plot import validity_curves as curves
 from floquet.plot.effects import Effects, effects_figure
+from floquet.plot.ranking import Ranking, ranking_figure
 from floquet.plot.waterfall import Waterfall, waterfall_figure
 from floquet.rotor import load_rotor
 from floquet.validity import limits
@@ -926,6 +927,67 @@ def test_question_13() -> None:
     assert f"m = 1.5 ε makes {share['γ = 8, ε = 0.15', 'm = 1.5 ε']:.0f} %" in text()
 
 
+@pytest.mark.parametrize("name", ["Bo 105", "Lynx", "Puma SA 330"])
+def test_question_14_rates_are_differences(name: str) -> None:
+    """Rates of damping by differences of extended precision, of the plane by differences of table 3."""
+    values = from_file({"Bo 105": "bo105", "Lynx": "lynx", "Puma SA 330": "puma"}[name]) | {"mu": 0.35}
+    letters = {"lock_number": "gamma", "hinge_offset": "eps", "hinge_stiffness": "kappa", "pitch_flap_coupling": "K1",
+               "offset_mass_ratio": "m", "advance_ratio": "mu"}  # fmt: skip
+    rows = {r["parameter"]: r for r in shown(14).table if r["rotor"] == name}
+
+    def dampings(parameter: str, step: float) -> tuple[float, float]:
+        p = {**values, letters[parameter]: float(values[letters[parameter]]) + step}
+        m = float(p["m"]) + (1.5 * step if parameter == "hinge_offset" else 0.0)
+        given = [float(p[key]) for key in ("gamma", "eps", "kappa", "K1", "mu")]
+        pair = extended.exponents(*(np.array([x]) for x in given), np.array([m]))[0][0]
+        plane = companion(*closed_forms.table_3(closed_forms.truncated(*given, m)))
+        slow = plane[np.abs(plane.imag) < 0.5]  # the regressing pair
+        return -float(pair.real.max()), -float(slow.real.max())
+
+    h = 1e-5
+    for parameter in letters:
+        high, low = dampings(parameter, h), dampings(parameter, -h)
+        for i, key in enumerate(("exact_rate", "plane_rate")):
+            assert rows[parameter][key] == pytest.approx((high[i] - low[i]) / (2.0 * h), rel=1e-5, abs=1e-8)
+    assert all(r["trusted"] and abs(r["part_of_reach"]) < 1.0 for r in rows.values())
+    order = [abs(r["exact_percent"]) for r in shown(14).table if r["rotor"] == name]
+    assert all(a >= b - 1e-9 for a, b in pairwise(order))
+
+
+def test_question_14_says_what_it_found() -> None:
+    """Outside locks damping is c₀/2 = γ/16 for ε = 0: 10 % of γ are 10 %, 3 % of tip loss four times as many."""
+    at = {(r["rotor"], r["parameter"]): r for r in shown(14).table}
+    for name, gamma in (("Bo 105", 5.087), ("Puma SA 330", 9.374)):
+        expected = {
+            "lock_number": 10.0,
+            "tip_loss": -12.0,
+            "flap_damping": 0.5 / (gamma / 16.0),
+            "hinge_offset": -8 / 3,
+        }
+        still = ("hinge_stiffness", "pitch_flap_coupling", "offset_mass_ratio", "static_moment_ratio", "advance_ratio")
+        for parameter in (*expected, *still):
+            assert at[name, parameter]["exact_percent"] == pytest.approx(expected.get(parameter, 0.0), abs=1e-12)
+    puma, lynx = at["Puma SA 330", "advance_ratio"], at["Lynx", "hinge_stiffness"]
+    said = f"{puma['plane_percent']:.1f} % more damping for 10 % more advance ratio, and 0 exactly"
+    assert said in text() and puma["exact_percent"] == pytest.approx(0.0, abs=1e-12)
+    rates = at["Puma SA 330", "lock_number"]
+    mode = compare(load_rotor(ROOT / "data" / "rotors" / "puma.toml"), 0.35)["regressing"]
+    high = [mode.simple[0].real / mode.exact[0].real, rates["plane_rate"] / rates["exact_rate"]]
+    said = "damping is {:.1f} % high in the TPP, its rate with γ {:.0f} %".format(*(100.0 * (x - 1.0) for x in high))
+    assert said in text()
+    numbers = f"{-lynx['exact_percent']:.1f} % of the Lynx's damping, in the plane {-lynx['plane_percent']:.1f} %"
+    assert numbers in text()
+
+
+def test_rates_that_are_not_trusted_are_marked() -> None:
+    values = {"γ": (10.0, 12.0, True), "κ": (3.0, 2.0, False)}
+    figure = ranking_figure([[Ranking(title="mine", values=values)]], xlabel="%")
+    figure.draw_without_rendering()
+    marks = [t.get_text() for t in figure.axes[0].texts]
+    assert marks == ["✓", "✗"]
+    assert [bool(p.get_hatch()) for p in figure.axes[0].patches] == [False, False, True, True]
+
+
 def test_a_waterfall_ends_where_its_steps_do() -> None:
     figure = waterfall_figure([[Waterfall(title="mine", steps=[2.0, -0.5, 0.25])]], ["a", "b", "c", "all"], xlabel="%")
     bars = {p.get_gid(): (p.get_x(), p.get_x() + p.get_width()) for p in figure.axes[0].patches}
@@ -941,7 +1003,7 @@ def test_what_vanishes_or_appears_stands_at_the_edge() -> None:
     assert found == {"option, moved": ("o", 0.1), "option, gone": (">", 0.112), "option, new": ("<", -0.112)}
 
 
-@pytest.mark.parametrize("question", [11, 12, 13])
+@pytest.mark.parametrize("question", [11, 12, 13, 14])
 def test_captions_are_short(question: int) -> None:
     found = shown(question)
     assert len(found.caption.split()) < 155 and not re.search(r"\d%|[{}]", found.caption) and len(found.numbers) > 3
