@@ -12,6 +12,7 @@ import json
 import math
 import re
 from collections.abc import Iterable, Mapping, Sequence
+from itertools import pairwise
 from pathlib import Path
 from types import ModuleType
 from typing import Any, NamedTuple
@@ -19,6 +20,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import pytest
 from numpy.typing import NDArray
+from scipy.integrate import solve_ivp
 from scipy.optimize import brentq, linear_sum_assignment
 from scipy.special import mathieu_a, mathieu_b
 
@@ -26,9 +28,14 @@ from floquet import Rotor, compare
 from floquet.comparison import Cause, Rule
 from floquet.exhibits import Exhibit, module
 from floquet.plot import validity_curves as curves
+from floquet.plot.effects import Effects, effects_figure
+from floquet.plot.ranking import Ranking, ranking_figure
+from floquet.plot.waterfall import Waterfall, waterfall_figure
+from floquet.rotor import load_rotor
 from floquet.validity import limits
 from tests.support import REFERENCE, oracle, oracle_exponents
 from tests.truth import closed_forms, extended
+from tests.truth.blade_element import Blade, hinge_moment
 
 ROOT = Path(__file__).parents[1]
 PAGE = (ROOT / "docs" / "validity.md").read_text(encoding="utf-8") if (ROOT / "docs" / "validity.md").exists() else ""
@@ -675,7 +682,7 @@ def texts_are_apart(figure: Any) -> None:
     figure.draw_without_rendering()
     texts = [t for ax in figure.axes for t in (*ax.texts, ax._left_title, ax.xaxis.label, ax.yaxis.label)]  # type: ignore[attr-defined]
     texts += [t for ax in figure.axes if ax.get_legend() for t in ax.get_legend().get_texts()]
-    texts += [*figure.legends[0].get_texts(), figure._supxlabel]
+    texts += [*(t for legend in figure.legends for t in legend.get_texts()), figure._supxlabel]
     boxes = [(t.get_text(), t.get_window_extent()) for t in texts if t.get_text()]
     frame = figure.bbox
     for i, (text, box) in enumerate(boxes):
@@ -711,3 +718,293 @@ def test_captions_are_short_and_figures_explain_themselves(question: int) -> Non
     footer = found.figure.get_supxlabel().replace("\n", " ")
     assert ("side by side" in footer) == (question != 2) and ("a thin line is a rotor" in footer) == (question == 1)
     assert any("critically damped" in text for text in legend) == (question == 2)
+
+
+# ---------------------------------------------------------------------- options, harmonics, terms, rates
+def from_file(name: str) -> dict[str, Any]:
+    """Parameters of a rotor of data/rotors as ``blade_element.Blade`` calls them."""
+    one = load_rotor(ROOT / "data" / "rotors" / f"{name}.toml")
+    return {
+        "gamma": one.lock_number, "eps": one.hinge_offset, "kappa": one.hinge_stiffness, "K1": one.pitch_flap_coupling,
+        "m": one.offset_mass_ratio,
+    }  # fmt: skip
+
+
+def quadrature_pair(blade: Blade) -> tuple[Complex, bool]:
+    """Principal exponents of a blade and whether they are locked, by quadrature along it under DOP853."""
+
+    def rates(psi: float, y: Any) -> Any:
+        accelerations = [hinge_moment(blade, psi, beta=y[i], rate=y[i + 1]) for i in (0, 2)]
+        return [y[1], accelerations[0], y[3], accelerations[1]]
+
+    y = solve_ivp(rates, (0.0, 2.0 * math.pi), [1.0, 0.0, 0.0, 1.0], "DOP853", rtol=1e-10, atol=1e-12).y[:, -1]
+    multipliers = np.linalg.eigvals(y.reshape(2, 2)).astype(complex)
+    eta = np.log(multipliers) / (2.0 * math.pi)
+    eta = eta[np.argsort(-eta.real)] if np.ptp(eta.real) > 1e-7 else eta[np.argsort(-eta.imag)]
+    return eta, bool(np.ptp(eta.real) > 1e-7)
+
+
+def quadrature_plane(blade: Blade, count: int = 180) -> Complex:
+    """Eigenvalues of the tip-path plane: means over azimuths (trapezoidal rule) of t⁺ (…) with d and k."""
+    D, K = np.zeros((3, 3)), np.zeros((3, 3))
+    for psi in 2.0 * math.pi * np.arange(count) / count:
+        c, s = math.cos(psi), math.sin(psi)
+        t, first, second = np.array([[1.0, -c, -s], [0.0, s, -c], [0.0, c, s]])
+        d, k = (-hinge_moment(blade, psi, **{name: 1.0}) for name in ("rate", "beta"))
+        plus = np.array([1.0, -2.0 * c, -2.0 * s]) / count
+        D += np.outer(plus, 2.0 * first + d * t)
+        K += np.outer(plus, second + d * first + k * t)
+    return companion(D, K)
+
+
+def quadrature_errors(mu: float, name: str, **changed: Any) -> Errors:
+    """Errors of the tip-path plane of a rotor, all by quadrature."""
+    blade = Blade(mu=mu, **(from_file(name) | changed))
+    eta, locked = quadrature_pair(blade)
+    psi = 2.0 * math.pi * np.arange(90) / 90
+    means = [np.mean([-hinge_moment(blade, x, **{n: 1.0}) for x in psi]) for n in ("rate", "beta")]
+    rho = lifted(eta, {"c0": means[0], "k0": means[1]}, 1.0)  # type: ignore[dict-item]
+    return compared(eta, locked, rho, quadrature_plane(blade), MODES).errors
+
+
+QUESTION_11 = [
+    ("puma", "Puma SA 330", "reversed flow", "regressing", {"reversed_flow": True}),
+    ("uh60a", "UH-60A", "exact integrals", "coning", {}),
+    ("uh60a", "UH-60A", "root cut-out 0.2", "regressing", {"root_cutout": 0.2}),
+    ("lynx", "Lynx", "tip loss 0.97", "regressing", {"tip_loss": 0.97}),
+    ("lynx", "Lynx", "flap damping 0.1", "regressing", {"flap_damping": 0.1}),
+    ("bo105", "Bo 105", "kinematic rates", "regressing", {"kinematic_rates": True}),
+]
+
+
+@pytest.mark.parametrize(("file", "name", "option", "mode", "changed"), QUESTION_11)
+def test_question_11_limits(file: str, name: str, option: str, mode: str, changed: dict[str, Any]) -> None:
+    """At a limit the error passes 5 %, by quadrature along the blade and DOP853."""
+    limit = next(r[mode] for r in shown(11).table if (r["rotor"], r["option"]) == (name, option))
+    before, after = (quadrature_errors(limit + step, file, **changed)[mode] for step in (-2e-5, 2e-5))
+    assert before < TOLERANCE < after
+
+
+def test_question_11_locks_and_growth() -> None:
+    """Edges of locks, and growth of γ = 8, P = 1 from 1.3919, in reversed flow from 2.2282, by quadrature."""
+    at = {(r["rotor"], r["option"]): r for r in shown(11).table}
+    for option, changed in (("default", {}), ("reversed flow", {"reversed_flow": True})):
+        onset = at["γ = 8, ε = 0", option]["growth"]
+        assert onset == pytest.approx(2.2282 if changed else 1.3919, abs=5e-5)
+        before, after = (
+            quadrature_pair(Blade(mu=onset + step, **from_file("tp1431-fig6"), **changed))[0].real.max()
+            for step in (-1e-5, 1e-5)
+        )
+        assert before < 0.0 < after
+    edge = at["Lynx", "flap damping 0.1"]["first_lock"]
+    blades = [Blade(mu=edge + step, flap_damping=0.1, **from_file("lynx")) for step in (-1e-5, 1e-5)]
+    assert [quadrature_pair(blade)[1] for blade in blades] == [False, True]
+    limit = at["γ = 8, ε = 0.15", "m = 1.5 ε/(1 − ε)"]["regressing"]  # truncated integrals: extended precision
+    mu, m = limit + np.array([-1e-6, 1e-6]), 0.225 / 0.85
+    pairs, D = extended.exponents(8.0, 0.15, 0.0, 0.0, mu, m)
+    errors = []
+    for pair, locked, x in zip(pairs, D > 0, mu, strict=True):
+        c = closed_forms.truncated(8.0, 0.15, mu=float(x), m=m)
+        errors.append(compared(pair, bool(locked), lifted(pair, c, 1.0), companion(*closed_forms.table_3(c)), MODES))
+    assert errors[0].errors["regressing"] < TOLERANCE < errors[1].errors["regressing"]
+
+
+def test_question_11_says_what_it_found() -> None:
+    numbers, table = shown(11).numbers, shown(11).table
+    assert len(table) == 7 * 8 and numbers["quantities that kinematic rates move"] == 0.0
+    at = {(r["rotor"], r["option"]): r for r in table}
+    for name in ("Bo 105", "Lynx", "Puma SA 330", "γ = 8, ε = 0", "teetering, γ = 6"):  # no offset
+        for option in ("exact integrals", "m = 1.5 ε/(1 − ε)"):
+            assert {k: v for k, v in at[name, option].items() if v == v and k != "option"} == {
+                k: v for k, v in at[name, "default"].items() if v == v and k != "option"
+            }
+    assert at["teetering, γ = 6", "reversed flow"]["growth"] == math.inf
+    low, high = (at["Lynx", o]["regressing"] - at["Lynx", "default"]["regressing"]
+                 for o in ("flap damping 0.1", "tip loss 0.97"))  # fmt: skip
+    assert f"Lynx by {high:+.3f} and −{-low:.3f}" in shown(11).caption
+    lynx = [at["Lynx", o]["regressing"] for o in ("default", "tip loss 0.97", "flap damping 0.1")]
+    assert "the Lynx's from {:.3f} to {:.3f}, mechanical damping of 0.1 to {:.3f}".format(*lynx) in text()
+    offset = [at["γ = 8, ε = 0.15", o]["regressing"] for o in ("default", "exact integrals")]
+    assert f"exact in ε move limits by {offset[1] - offset[0]:.3f} at ε = 0.15" in text()
+    edges = [at["Lynx", o]["first_lock"] for o in ("default", "tip loss 0.97", "flap damping 0.1")]
+    assert "its lock begins at {:.3f}, {:.3f} and {:.3f}".format(*edges) in text()
+
+
+ROTORS_12 = {"Bo 105": "bo105", "Lynx": "lynx", "Puma SA 330": "puma", "γ = 8, ε = 0": "tp1431-fig6"}
+
+
+@pytest.mark.parametrize("name", ROTORS_12)
+def test_question_12_limits(name: str) -> None:
+    """Limits at 1, 5 and 10 % and errors at 0.3 by extended precision and short Hill matrices."""
+    values = from_file(ROTORS_12[name])
+    rotor = tuple(float(values[key]) for key in ("gamma", "eps", "kappa", "K1"))
+    hills = {k: f"regressing-{-k}" if k < 0 else f"advancing-{k}" for k in (-4, -3, -2, 2, 3, 4)}
+    for M, N in ((1, 3), (2, 5), (3, 7), (4, 9)):
+        rows = [r for r in shown(12).table if (r["rotor"], r["blades"], r["harmonics"]) == (name, N, M)]
+        assert len(rows) == 2 * M + 1
+        wanted = [r[key] for r in rows for key in study(12).TOLERANCES]
+        mu = sorted({*around(wanted, 1e-7), 0.3})
+        points = dict(zip(mu, articulated([(*rotor, x) for x in mu], M), strict=True))
+        for r in rows:
+            mine = next((f"further {k}" for k, word in hills.items() if word == r["mode"]), r["mode"])
+            errors = {x: point.errors[mine] for x, point in points.items()}
+            assert r["error_at_0.3"] == pytest.approx(errors[0.3], rel=1e-5, abs=1e-12)
+            for key, tolerance in study(12).TOLERANCES.items():
+                assert holds_until(r[key], errors, tolerance, 1e-7), (r, key)
+
+
+def test_question_12_says_what_it_found() -> None:
+    table = shown(12).table
+    allowed = {(r["blades"], r["harmonics"]) for r in table}
+    assert allowed == {(N, M) for N in range(3, 10) for M in range(1, 5) if 2 * M + 1 <= N}
+    for name in {r["rotor"] for r in table}:
+        some = [r for r in table if r["rotor"] == name]
+        differential = {(r["limit_5_percent"], r["error_at_0.3"]) for r in some if r["mode"] == "differential"}
+        assert len(differential) == 1 and {r["blades"] % 2 for r in some if r["mode"] == "differential"} == {0}
+        for M in (2, 3, 4):  # the outermost regressing mode fails first, with one exception
+            modes = {r["mode"]: r["limit_5_percent"] for r in some if (r["blades"], r["harmonics"]) == (9, M)}
+            assert (modes[f"regressing-{M}"] > min(modes.values())) == ((name, M) == ("UH-60A", 4))
+    kept = {(r["rotor"], r["harmonics"]): r["error_at_0.3"] for r in table if r["mode"] == "regressing"}
+    gone = [100.0 * (1.0 - kept[name, 2] / kept[name, 1]) for name in {name for name, _ in kept}]
+    assert f"takes {min(gone):.1f} to {max(gone):.1f} % of the regressing error" in text()
+    assert f"takes {min(gone):.1f} to {max(gone):.1f} % of the regressing error" in shown(12).caption
+    least = study(12).whole(table, "Puma SA 330", 4, 9)
+    outermost = next(
+        r
+        for r in table
+        if (r["rotor"], r["blades"], r["harmonics"], r["mode"]) == ("Puma SA 330", 9, 4, "regressing-4")
+    )
+    assert outermost["limit_5_percent"] == least and f"of nine blades' model at {least:.3f}" in text()
+    c = closed_forms.truncated(*(float(from_file("puma")[k]) for k in ("gamma", "eps", "kappa", "K1")), mu=0.3)
+    pair = extended.exponents(*(from_file("puma")[k] for k in ("gamma", "eps", "kappa", "K1")), 0.3, 0.0)[0]
+    simple = companion(np.array([[c["c0"]]]), np.array([[c["k0"]]]))
+    error = compared(pair, False, lifted(pair, c, 1.0), simple, {"differential": 0}).errors["differential"]
+    mine = next(r for r in table if (r["rotor"], r["mode"]) == ("Puma SA 330", "differential"))
+    assert mine["error_at_0.3"] == pytest.approx(error, rel=1e-8)
+
+
+def test_question_13() -> None:
+    """Ends of the waterfall by quadrature and table 3, the step between by a short Hill matrix; shares add up to 1."""
+    table = shown(13).table
+    files = {
+        "Bo 105": "bo105",
+        "Lynx": "lynx",
+        "Puma SA 330": "puma",
+        "UH-60A": "uh60a",
+        "γ = 8, ε = 0.15": "tp1431-fig7",
+    }
+    for name, file in files.items():
+        steps = [r for r in table if (r["rotor"], r["mode"]) == (name, "regressing")]
+        values = from_file(file)
+        eps = float(values["eps"])
+        if file == "tp1431-fig7":
+            values["m"] = 1.5 * eps / (1.0 - eps)
+        eta, locked = quadrature_pair(Blade(mu=0.35, reversed_flow=True, **values))
+        exact = steps[0]["exponent_before"]
+        gap = np.exp(2.0 * math.pi * exact) - np.exp(2.0 * math.pi * eta)  # the multiplier knows no whole turns
+        assert np.abs(gap).min() < 1e-8 and locked == (name == "Lynx")
+        c = closed_forms.truncated(*(float(values[k]) for k in ("gamma", "eps", "kappa", "K1")), mu=0.35, m=1.5 * eps)
+        plane = companion(*closed_forms.table_3(c))
+        assert np.abs(plane - steps[-1]["exponent_after"]).min() < 1e-12
+        assert np.abs(hill(c, range(-2, 3)) - steps[-1]["exponent_before"]).min() < 1e-12
+        assert sum(r["share"] for r in steps) == pytest.approx(1.0, abs=1e-12)
+        if not locked:  # both members of a pair move alike
+            whole = abs(steps[-1]["exponent_after"] - exact) / abs(exact)
+            assert sum(r["percent"] for r in steps) == pytest.approx(100.0 * whole, rel=1e-9)
+        for before, after in pairwise(steps):
+            assert before["exponent_after"] == after["exponent_before"]
+        assert all(r["least_share"] <= r["share"] <= r["largest_share"] for r in steps)
+        moved = [r["percent"] != 0.0 for r in steps[1:3]]
+        assert moved == [eps != 0.0] * 2
+    assert not [r for r in table if (r["rotor"], r["mode"]) == ("Lynx", "coning")]
+    assert len(list(study(13).orders())) == 60
+    share = {(r["rotor"], r["step"]): 100.0 * r["share"] for r in table if r["mode"] == "regressing"}
+    real = list(files)[:4]
+    last, flow = ([share[n, step] for n in real] for step in ("harmonic 2 dropped", "reversed flow dropped"))
+    said = f"second harmonic makes {min(last):.0f} to {max(last):.0f} % of the difference, reversed flow"
+    said += f" {min(flow):.1f} to {max(flow):.1f} %".replace("-", "−")
+    assert said in text()
+    assert f"m = 1.5 ε makes {share['γ = 8, ε = 0.15', 'm = 1.5 ε']:.0f} %" in text()
+
+
+@pytest.mark.parametrize("name", ["Bo 105", "Lynx", "Puma SA 330"])
+def test_question_14_rates_are_differences(name: str) -> None:
+    """Rates of damping by differences of extended precision, of the plane by differences of table 3."""
+    values = from_file({"Bo 105": "bo105", "Lynx": "lynx", "Puma SA 330": "puma"}[name]) | {"mu": 0.35}
+    letters = {"lock_number": "gamma", "hinge_offset": "eps", "hinge_stiffness": "kappa", "pitch_flap_coupling": "K1",
+               "offset_mass_ratio": "m", "advance_ratio": "mu"}  # fmt: skip
+    rows = {r["parameter"]: r for r in shown(14).table if r["rotor"] == name}
+
+    def dampings(parameter: str, step: float) -> tuple[float, float]:
+        p = {**values, letters[parameter]: float(values[letters[parameter]]) + step}
+        m = float(p["m"]) + (1.5 * step if parameter == "hinge_offset" else 0.0)
+        given = [float(p[key]) for key in ("gamma", "eps", "kappa", "K1", "mu")]
+        pair = extended.exponents(*(np.array([x]) for x in given), np.array([m]))[0][0]
+        plane = companion(*closed_forms.table_3(closed_forms.truncated(*given, m)))
+        slow = plane[np.abs(plane.imag) < 0.5]  # the regressing pair
+        return -float(pair.real.max()), -float(slow.real.max())
+
+    h = 1e-5
+    for parameter in letters:
+        high, low = dampings(parameter, h), dampings(parameter, -h)
+        for i, key in enumerate(("exact_rate", "plane_rate")):
+            assert rows[parameter][key] == pytest.approx((high[i] - low[i]) / (2.0 * h), rel=1e-5, abs=1e-8)
+    assert all(r["trusted"] and abs(r["part_of_reach"]) < 1.0 for r in rows.values())
+    order = [abs(r["exact_percent"]) for r in shown(14).table if r["rotor"] == name]
+    assert all(a >= b - 1e-9 for a, b in pairwise(order))
+
+
+def test_question_14_says_what_it_found() -> None:
+    """Outside locks damping is c₀/2 = γ/16 for ε = 0: 10 % of γ are 10 %, 3 % of tip loss four times as many."""
+    at = {(r["rotor"], r["parameter"]): r for r in shown(14).table}
+    for name, gamma in (("Bo 105", 5.087), ("Puma SA 330", 9.374)):
+        expected = {
+            "lock_number": 10.0,
+            "tip_loss": -12.0,
+            "flap_damping": 0.5 / (gamma / 16.0),
+            "hinge_offset": -8 / 3,
+        }
+        still = ("hinge_stiffness", "pitch_flap_coupling", "offset_mass_ratio", "static_moment_ratio", "advance_ratio")
+        for parameter in (*expected, *still):
+            assert at[name, parameter]["exact_percent"] == pytest.approx(expected.get(parameter, 0.0), abs=1e-12)
+    puma, lynx = at["Puma SA 330", "advance_ratio"], at["Lynx", "hinge_stiffness"]
+    said = f"{puma['plane_percent']:.1f} % more damping for 10 % more advance ratio, and 0 exactly"
+    assert said in text() and puma["exact_percent"] == pytest.approx(0.0, abs=1e-12)
+    rates = at["Puma SA 330", "lock_number"]
+    mode = compare(load_rotor(ROOT / "data" / "rotors" / "puma.toml"), 0.35)["regressing"]
+    high = [mode.simple[0].real / mode.exact[0].real, rates["plane_rate"] / rates["exact_rate"]]
+    said = "damping is {:.1f} % high in the TPP, its rate with γ {:.0f} %".format(*(100.0 * (x - 1.0) for x in high))
+    assert said in text()
+    numbers = f"{-lynx['exact_percent']:.1f} % of the Lynx's damping, in the plane {-lynx['plane_percent']:.1f} %"
+    assert numbers in text()
+
+
+def test_rates_that_are_not_trusted_are_marked() -> None:
+    values = {"γ": (10.0, 12.0, True), "κ": (3.0, 2.0, False)}
+    figure = ranking_figure([[Ranking(title="mine", values=values)]], xlabel="%")
+    figure.draw_without_rendering()
+    marks = [t.get_text() for t in figure.axes[0].texts]
+    assert marks == ["✓", "✗"]
+    assert [bool(p.get_hatch()) for p in figure.axes[0].patches] == [False, False, True, True]
+
+
+def test_a_waterfall_ends_where_its_steps_do() -> None:
+    figure = waterfall_figure([[Waterfall(title="mine", steps=[2.0, -0.5, 0.25])]], ["a", "b", "c", "all"], xlabel="%")
+    bars = {p.get_gid(): (p.get_x(), p.get_x() + p.get_width()) for p in figure.axes[0].patches}
+    assert bars == {"step 0": (0.0, 2.0), "step 1": (2.0, 1.5), "step 2": (1.5, 1.75), "total": (0.0, 1.75)}
+
+
+def test_what_vanishes_or_appears_stands_at_the_edge() -> None:
+    pairs = {"moved": (0.4, 0.5), "gone": (0.4, math.inf), "new": (math.inf, 0.4), "never": (math.inf, math.inf)}
+    panel = Effects(title="limit", values={"option": pairs})
+    ax = effects_figure([panel]).axes[0]
+    found = {line.get_gid(): (line.get_marker(), round(float(line.get_xdata()[0]), 6)) for line in ax.lines
+             if line.get_gid()}  # fmt: skip
+    assert found == {"option, moved": ("o", 0.1), "option, gone": (">", 0.112), "option, new": ("<", -0.112)}
+
+
+@pytest.mark.parametrize("question", [11, 12, 13, 14])
+def test_captions_are_short(question: int) -> None:
+    found = shown(question)
+    assert len(found.caption.split()) < 155 and not re.search(r"\d%|[{}]", found.caption) and len(found.numbers) > 3
+    texts_are_apart(found.figure)
