@@ -5,7 +5,7 @@
 #   make test       ruff, mypy, pytest
 #   make bench      speed and accuracy beside SciPy, heyoka, numbalsoda, diffrax (five minutes; installs them into .venv)
 #   make mutants    break the code on purpose: every break must fail a test
-#   make check-boundaries   locks of 10 000 random designs against a brute-force scan (ten minutes)
+#   make check-boundaries   locks of 10 000 random designs against a brute-force scan (ten to twenty minutes)
 #   make clean      remove .venv, results and caches
 
 VENV := .venv
