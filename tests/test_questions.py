@@ -18,17 +18,19 @@ from typing import Any, NamedTuple
 
 import numpy as np
 import pytest
+from mpmath import mp
 from numpy.typing import NDArray
 from scipy.optimize import brentq, linear_sum_assignment
 from scipy.special import mathieu_a, mathieu_b
 
-from floquet import Rotor, compare
+from floquet import Rotor, compare, flapping, stability
 from floquet.comparison import Cause, Rule
 from floquet.exhibits import Exhibit, module
+from floquet.models.textbook import mathieu
 from floquet.plot import validity_curves as curves
 from floquet.validity import limits
 from tests.support import REFERENCE, oracle, oracle_exponents
-from tests.truth import closed_forms, extended
+from tests.truth import closed_forms, extended, problems, taylor
 
 ROOT = Path(__file__).parents[1]
 PAGE = (ROOT / "docs" / "validity.md").read_text(encoding="utf-8") if (ROOT / "docs" / "validity.md").exists() else ""
@@ -38,6 +40,7 @@ TOLERANCE = 0.05
 NAMES = ("lock_number", "hinge_offset", "hinge_stiffness", "pitch_flap_coupling")
 Complex = NDArray[np.complex128]
 Errors = dict[str, float]
+PICTURES = [8]
 
 
 @functools.cache
@@ -698,7 +701,110 @@ def test_question_7() -> None:
     assert {r["mode"] for r in table if r["hub"] == "teetering"} == {"regressing", "advancing"}
 
 
-@pytest.mark.parametrize("question", [2, 3, 4, 7])
+def of_reversed_flow(gamma: float, mu: float) -> taylor.Exponents:
+    """By Taylor series in 30 digits, piece by piece."""
+    with mp.workdps(30):
+        return taylor.scalar_exponents(problems.flapping(gamma, mu, reversed_flow=True), order=24, steps=40)
+
+
+def in_80_bits(gamma: Any, mu: Any) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
+    """Which blades without hinge offset, spring and coupling are locked, and which grow."""
+    gamma, mu = np.broadcast_arrays(np.asarray(gamma, float), np.asarray(mu, float))
+    pairs, D = extended.exponents(gamma.ravel(), 0.0, 0.0, 0.0, mu.ravel(), 0.0)
+    return np.asarray(D > 0).reshape(gamma.shape), (pairs.real.max(axis=-1) > 0.0).reshape(gamma.shape)
+
+
+def test_question_8() -> None:
+    """Edges and onsets: 80 bits, with reversed flow 30 digits, change sides there; tips by scans beside them."""
+    numbers = dict(shown(8).numbers)
+    lock, onset = numbers["locked at 1 per rev from, γ = 8"], numbers["onset of growth, γ = 8"]
+    (before, behind), _ = in_80_bits(8.0, [lock - 1e-10, lock + 1e-10])
+    _, (calm, grows) = in_80_bits(8.0, [onset - 1e-10, onset + 1e-10])
+    assert (before, behind, calm, grows) == (False, True, False, True) and onset == pytest.approx(1.3919, abs=5e-5)
+    lock, onset = (numbers[f"{what}, γ = 8, reversed flow"] for what in ("locked at 1 per rev from", "onset of growth"))
+    assert [of_reversed_flow(8.0, lock + d).locked for d in (-1e-10, 1e-10)] == [False, True]
+    assert [max(e.real for e in of_reversed_flow(8.0, onset + d).exponents) > 0 for d in (-1e-10, 1e-10)] == [
+        False,
+        True,
+    ]
+    assert onset == pytest.approx(2.2282, abs=5e-5)
+    # in hover ρ = √(1 - (γ/16)²) is ½ there; the middle of the tongue leaves it with μ²
+    assert numbers["γ of the tip of the tongue of ½ per rev"] == pytest.approx(8.0 * math.sqrt(3.0), abs=2e-5)
+    lowest, mu = numbers["lowest γ locked at ½ per rev"], np.linspace(0.5, 0.75, 1001)
+    assert not in_80_bits(lowest - 1e-6, mu)[0].any() and in_80_bits(lowest + 1e-6, mu)[0].any()
+    lowest = numbers["lowest γ locked at ½ per rev, reversed flow"]
+    found = [
+        stability(flapping(Rotor(lock_number=lowest + d), np.linspace(1.3, 1.45, 2001), reversed_flow=True)).lock == 0.5
+        for d in (-1e-6, 1e-6)
+    ]
+    assert not found[0].any() and found[1].any()
+
+
+def test_question_8_table() -> None:
+    """Every edge of the rows without reversed flow."""
+    rows = [row for row in shown(8).table if not row["reversed_flow"]]
+    assert len(rows) == 15 and len(shown(8).table) == 30
+    for row in rows:
+        edges = [row[name] for name in ("half_per_rev_from", "half_per_rev_to", "1_per_rev_from") if row[name] < 9.0]
+        for k, mu in enumerate(edges):  # they come in turn: into a lock, out of it, into the next
+            (before, behind), _ = in_80_bits(row["lock_number"], [mu - 1e-9, mu + 1e-9])
+            assert (before, behind) == (k % 2 == 1, k % 2 == 0)
+        _, (calm, grows) = in_80_bits(row["lock_number"], [row["growth_from"] - 1e-9, row["growth_from"] + 1e-9])
+        assert not calm and grows and row["1_per_rev_to"] == math.inf
+
+
+def test_the_strutt_diagram_is_drawn_where_it_is() -> None:
+    """Mathieu's tongues end at characteristic values; the blade's regions are those of 80 bits, marks on its curves."""
+    known, blade, _ = shown(8).figure.axes
+    tongues = [line for line in known.lines if line.get_gid() == "lock"]
+    for line in tongues:
+        q, a = (np.asarray(x, float) for x in (line.get_xdata(), line.get_ydata()))
+        branches = [f(n, q) for n in range(6) for f in (mathieu_a, mathieu_b) if n or f is mathieu_a]
+        assert np.min(np.abs(np.array(branches) - a), axis=0).max() < 1e-8
+    (mesh,) = (c for c in blade.collections if c.get_gid() == "regions")
+    mu, gamma = study(8).MU, study(8).GAMMA
+    colours = np.ma.filled(mesh.get_array(), -1.0).reshape(len(gamma), len(mu))[::8, ::8]
+    locked, grows = in_80_bits(gamma[::8, None], mu[None, ::8])
+    np.testing.assert_array_equal(colours >= 0.0, locked)
+    np.testing.assert_array_equal(colours == 1.0, grows)
+    onset = [line for line in blade.lines if line.get_gid() == "growth"]
+    marks = [line for line in blade.lines if line.get_gid() == "mark"]
+    assert len(onset) == 1 and [float(m.get_ydata()[0]) for m in marks] == [8.0, 8.0 * math.sqrt(3.0)]
+    upwards = np.argsort(onset[0].get_ydata())
+    there = np.interp(8.0, onset[0].get_ydata()[upwards], onset[0].get_xdata()[upwards])
+    assert there == pytest.approx(float(marks[0].get_xdata()[0]), abs=1e-4)
+
+
+def test_names_stand_in_their_locks() -> None:
+    """Each lock of each panel of the Strutt diagram is named, and its name stands inside it."""
+    for ax, turns in zip(shown(8).figure.axes, (range(5), (1, 2), (1, 2)), strict=True):
+        named = {int(text.get_text().split("= ")[-1]): text for text in ax.texts if "$n$" in text.get_text()}
+        assert sorted(named) == list(turns)
+        for n, text in named.items():
+            box = text.get_window_extent()
+            x, y = ax.transData.inverted().transform((0.5 * (box.x0 + box.x1), 0.5 * (box.y0 + box.y1)))
+            if ax is shown(8).figure.axes[0]:
+                lock = stability(mathieu(y, x)).lock
+            else:
+                lock = (
+                    2.0 * stability(flapping(Rotor(lock_number=y), x, reversed_flow=ax is shown(8).figure.axes[2])).lock
+                )
+            assert lock == n, (ax.get_title(loc="left"), text.get_text())
+
+
+@pytest.mark.parametrize("question", PICTURES)
+def test_labels_stay_inside_their_axes(question: int) -> None:
+    figure = shown(question).figure
+    figure.draw_without_rendering()
+    for ax in figure.axes:
+        frame = ax.get_window_extent().padded(1.0)
+        assert ax.texts
+        for text in ax.texts:
+            box = text.get_window_extent()
+            assert frame.x0 <= box.x0 and box.x1 <= frame.x1 and frame.y0 <= box.y0 and box.y1 <= frame.y1, text
+
+
+@pytest.mark.parametrize("question", [2, 3, 4, 7, *PICTURES])
 def test_texts_of_a_figure_do_not_overlap(question: int) -> None:
     texts_are_apart(shown(question).figure)
 
