@@ -38,9 +38,10 @@ TRANSITIONS = json.loads((REFERENCE / "transitions.json").read_text(encoding="ut
 MODES = {"regressing": -1, "coning": 0, "advancing": 1}
 TOLERANCE = 0.05
 NAMES = ("lock_number", "hinge_offset", "hinge_stiffness", "pitch_flap_coupling")
+Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
 Errors = dict[str, float]
-PICTURES = [8]
+PICTURES = [8, 9]
 
 
 @functools.cache
@@ -790,6 +791,88 @@ def test_names_stand_in_their_locks() -> None:
                     2.0 * stability(flapping(Rotor(lock_number=y), x, reversed_flow=ax is shown(8).figure.axes[2])).lock
                 )
             assert lock == n, (ax.get_title(loc="left"), text.get_text())
+
+
+def lynx(rpm: Any) -> tuple[Complex, Any, Complex, Array]:
+    """Exponents and D in 80 bits and the eigenvalues of table 3, per rev, from the numbers of the file; and rad/s."""
+    speed = np.atleast_1d(np.asarray(rpm, float)) * math.pi / 30.0
+    kappa, mu = 166352.0 / (678.14 * speed**2), 120.0 * 1852.0 / 3600.0 / (6.4 * speed)
+    pairs, D = extended.exponents(7.12, 0.0, kappa, 0.0, mu, 0.0)
+    planes = [
+        companion(*closed_forms.table_3(closed_forms.truncated(7.12, 0.0, k, 0.0, m)))
+        for k, m in zip(kappa.tolist(), mu.tolist(), strict=True)
+    ]
+    return pairs, D, np.array(planes), speed
+
+
+def test_question_9() -> None:
+    """Edges of the lock in rpm and of the split of table 3, and all that holds at nominal speed."""
+    numbers = dict(shown(9).numbers)
+    nominal = 35.63 * 30.0 / math.pi
+    assert numbers["nominal, rpm"] == pytest.approx(nominal, rel=1e-14)
+    for name, inward in (("locked from, rpm", 1.0), ("locked to, rpm", -1.0)):
+        _, D, _, _ = lynx([numbers[name] - inward * 1e-7, numbers[name] + inward * 1e-7])
+        assert D[0] < 0.0 < D[1], name
+    for name, inward in (("TPP regressing mode split from, rpm", 1.0), ("TPP regressing mode split to, rpm", -1.0)):
+        _, _, planes, _ = lynx([numbers[name] - inward * 1e-6, numbers[name] + inward * 1e-6])
+        assert [int(np.sum(plane.imag == 0.0)) for plane in planes] == [0, 2], name
+    (pair,), _, (plane,), (speed,) = lynx(nominal)
+    assert pair.imag.tolist() == [0.0, 0.0]
+    dampings = [numbers["lower damping at nominal speed, 1/s"], numbers["higher damping at nominal speed, 1/s"]]
+    assert dampings == pytest.approx((-pair.real * speed).tolist(), rel=1e-12)
+    hertz = np.unique(np.round(np.abs(plane.imag) * speed / (2.0 * math.pi), 9))
+    for k, mode in enumerate(MODES):
+        assert numbers[f"{mode} at nominal speed, Hz"] == pytest.approx(k * speed / (2.0 * math.pi), rel=1e-13, abs=0)
+        assert numbers[f"{mode} at nominal speed, TPP, Hz"] == pytest.approx(hertz[k], abs=2e-9)
+    assert numbers["μ at nominal speed"] == pytest.approx(120.0 * 0.514444444444 / (6.4 * 35.63), rel=1e-10)
+    assert "the nominal 340 rpm within" in shown(9).caption
+    assert numbers["locked from, rpm"] < nominal < numbers["locked to, rpm"]
+
+
+def test_question_9_table() -> None:
+    """Every row in 80 bits and by table 3: frequencies, dampings and the lock."""
+    table = shown(9).table
+    pairs, D, planes, speed = lynx([row["rpm"] for row in table])
+    assert len(table) == 13 and [row["share"] for row in table] == pytest.approx(np.linspace(0.5, 1.1, 13).tolist())
+    for row, pair, locked, plane, rate in zip(table, pairs, D > 0.0, planes, speed, strict=True):
+        assert (row["lock"] == 1.0) == bool(locked)
+        # the blade's frequency is 1 per rev, more for a stiff spring and less for a soft one
+        rho = 1.0 if locked else 1.0 + abs(pair[0].imag) * (1.0 if row["share"] < 0.9 else -1.0)
+        found = [row[f"{mode}_hz"] for mode in MODES]
+        assert found == pytest.approx([abs(rho + k) * rate / (2.0 * math.pi) for k in (-1, 0, 1)], abs=1e-11)
+        exact = sorted([row["damping_1"], row["damping_2"]])
+        assert exact == pytest.approx(sorted((-pair.real * rate).tolist()), rel=1e-10)
+        simple = [
+            complex(row[f"{m}_tpp_damping_{i}"], 2.0 * math.pi * row[f"{m}_tpp_hz"]) for m in MODES for i in (1, 2)
+        ]
+        known = np.array([complex(-s.real, abs(s.imag)) for s in plane]) * rate
+        rows, columns = linear_sum_assignment(np.abs(np.array(simple)[:, None] - known))
+        assert np.abs(np.array(simple)[rows] - known[columns]).max() < 1e-6
+
+
+def test_the_campbell_diagram_is_drawn_as_it_is() -> None:
+    """Lines in hertz against rpm: multiples of the speed, the coning mode on one of them in the shaded lock only."""
+    upper, middle, lower = shown(9).figure.axes[:3]
+    line = {one.get_gid(): one for one in upper.lines if one.get_gid()}
+    assert {"1 per rev", "2 per rev", "4 per rev", "nominal"} <= set(line)
+    for n in (1, 2, 4):
+        rpm, hertz = line[f"{n} per rev"].get_data()
+        np.testing.assert_allclose(hertz, n * rpm / 60.0)
+    low, high = (shown(9).numbers[f"locked {way}, rpm"] for way in ("from", "to"))
+    rpm, coning = line["Floquet coning"].get_data()
+    inside = (rpm > low + 1e-6) & (rpm < high - 1e-6)
+    off = np.abs(coning - rpm / 60.0)
+    assert off[inside].max() < 1e-9 and off[(rpm < low - 1.0) | (rpm > high + 1.0)].min() > 1e-3
+    assert np.diff(np.sign(line["TPP coning 0"].get_ydata() - rpm / 60.0)).astype(bool).sum() == 1  # crosses it once
+    assert line["nominal"].get_xdata()[0] == shown(9).numbers["nominal, rpm"]
+    for ax in (upper, middle, lower):
+        (band,) = (p for p in ax.patches if p.get_gid() == "lock 1")
+        assert (band.get_x(), band.get_x() + band.get_width()) == pytest.approx((low, high))
+    pair = [next(one for one in lower.lines if one.get_gid() == f"Floquet {k}").get_ydata() for k in (0, 1)]
+    parted = np.abs(pair[0] - pair[1]) > 1e-6
+    np.testing.assert_array_equal(
+        parted[np.abs(rpm - low) > 1e-3], ((rpm > low) & (rpm < high))[np.abs(rpm - low) > 1e-3]
+    )
 
 
 @pytest.mark.parametrize("question", PICTURES)
