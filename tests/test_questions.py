@@ -41,7 +41,7 @@ NAMES = ("lock_number", "hinge_offset", "hinge_stiffness", "pitch_flap_coupling"
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
 Errors = dict[str, float]
-PICTURES = [8, 9]
+PICTURES = [8, 9, 10]
 
 
 @functools.cache
@@ -873,6 +873,85 @@ def test_the_campbell_diagram_is_drawn_as_it_is() -> None:
     np.testing.assert_array_equal(
         parted[np.abs(rpm - low) > 1e-3], ((rpm > low) & (rpm < high))[np.abs(rpm - low) > 1e-3]
     )
+
+
+def exact_at_12(mu: float) -> tuple[Complex, bool, float]:
+    """The pair of a blade of γ = 12, whether it is locked, and ρ: in 80 bits."""
+    pairs, D = extended.exponents(12.0, 0.0, 0.0, 0.0, np.array([mu]), 0.0)
+    rho = lifted(pairs[0], closed_forms.truncated(12.0, mu=mu), 1.0)
+    return pairs[0], bool(D[0] > 0), round(2.0 * rho) / 2.0 if D[0] > 0 else rho
+
+
+def plane_at_12(mu: float) -> Complex:
+    return companion(*closed_forms.table_3(closed_forms.truncated(12.0, 0.0, 0.0, 0.0, mu)))
+
+
+def test_question_10() -> None:
+    """Edges of locks as published, dampings in 80 bits, the split of table 3."""
+    numbers = dict(shown(10).numbers)
+    edges = [edge["mu"] for edge in TRANSITIONS["single:fig6:12"]["edges"]]
+    names = ("enters the lock at ½ per rev, μ", "leaves the lock at ½ per rev, μ", "enters the lock at 1 per rev, μ")
+    assert [numbers[name] for name in names[:2]] == pytest.approx(edges, abs=1e-11)
+    assert [exact_at_12(numbers[names[2]] + d)[1] for d in (-1e-10, 1e-10)] == [False, True]
+    turn = numbers["farthest apart at ½ per rev, μ"]
+    at, *beside = (exact_at_12(turn + d)[0].real for d in (0.0, -1e-3, 1e-3))
+    assert all(at[0] > other[0] and at[1] < other[1] for other in beside)
+    dampings = [numbers[f"{name} damping at ½ per rev"] for name in ("least", "largest")]
+    assert dampings == pytest.approx((-at).tolist(), rel=1e-12) and sum(dampings) == pytest.approx(1.5, rel=1e-12)
+    split = numbers["TPP regressing mode splits, μ"]
+    assert [int(np.sum(plane_at_12(split + d).imag == 0.0)) for d in (-1e-4, 1e-4)] == [0, 2]
+
+
+def test_question_10_table() -> None:
+    """Tracked exponents of three blades are one blade's in 80 bits, tracked eigenvalues those of table 3."""
+    table = shown(10).table
+    locks = []
+    for row in table:
+        pair, locked, rho = exact_at_12(row["advance_ratio"])
+        locks.append(rho if locked else 0.0)
+        for mode in ("regressing", "coning"):
+            own = [complex(sigma, sign * (rho + MODES[mode])) for sigma in pair.real for sign in (1, -1)]
+            for value in (row[f"exact_{mode}_1"], row[f"exact_{mode}_2"]):
+                assert min(abs(value - other) for other in own) < 1e-9, (row["advance_ratio"], mode)
+            known = plane_at_12(row["advance_ratio"])
+            for value in (row[f"tpp_{mode}_1"], row[f"tpp_{mode}_2"]):
+                assert np.abs(known - value).min() < 1e-9
+        four = [row[f"tpp_{mode}_{i}"] for mode in ("regressing", "coning") for i in (1, 2)]
+        assert min(abs(a - b) for k, a in enumerate(four) for b in four[:k]) > 1e-3  # each is another one
+    assert [locks.count(x) for x in (0.5, 1.0)] == [15, 4] and len(table) == 25
+
+
+def test_the_root_locus_through_locks_is_drawn_as_it_is() -> None:
+    """Ticks stand at the exponents of their μ, rings where the modes meet, arrows in the sense of the way."""
+    plane, frequency, damping = shown(10).figure.axes
+    marks: dict[tuple[str, float], list[complex]] = {}
+    for line in plane.lines:
+        if (line.get_gid() or "").startswith("mark"):
+            _, mode, mu = line.get_gid().split()
+            marks.setdefault((mode, float(mu)), []).append(complex(line.get_xdata()[0], line.get_ydata()[0]))
+    assert len(marks) == 24
+    for (mode, mu), drawn in marks.items():
+        pair, locked, rho = exact_at_12(mu)
+        expected = [complex(sigma, abs(rho + MODES[mode])) for sigma in (pair.real if locked else pair.real[:1])]
+        np.testing.assert_allclose(sorted(drawn, key=abs), sorted(expected, key=abs), atol=1e-9)
+    rings = {(round(float(one.get_xdata()[0]), 6), round(float(one.get_ydata()[0]), 6))
+             for one in plane.lines if (one.get_gid() or "").startswith("edge")}  # fmt: skip
+    assert rings == {(-0.75, 0.5), (-0.75, 1.0), (-0.75, 0.0)}
+    arrows = [text for text in plane.texts if not text.get_text()]
+    rises = [(text.xyann[0] > -0.75, text.xy[1] > text.xyann[1]) for text in arrows]  # side, upwards
+    assert rises == [(False, True), (True, False), (False, False), (True, True)]  # regressing, coning
+    enter, leave, again = (mu for name, mu in shown(10).numbers.items() if "the lock" in name)
+    line = {(ax, one.get_gid()): one for ax in (plane, frequency, damping) for one in ax.lines}
+    for mode in ("regressing", "coning"):
+        mu, imaginary = line[frequency, f"Floquet {mode} 0"].get_data()
+        inside, outside = (mu > enter) & (mu < leave), (mu < enter - 1e-4) | (mu > leave + 1e-4)
+        assert np.all(imaginary[inside] == 0.5) and np.abs(imaginary[outside] - 0.5).min() > 1e-3
+        first, second = (line[damping, f"Floquet {mode} {k}"].get_ydata() for k in (0, 1))
+        locked = inside | (mu > again)
+        clear = np.abs(mu[:, None] - [enter, leave, again]).min(axis=1) > 1e-7
+        np.testing.assert_array_equal((np.abs(first - second) > 1e-5)[clear], locked[clear])
+    assert np.all(line[plane, "TPP regressing 0"].get_ydata()[mu > 0.58] < 1e-9)
+    assert np.nanmin(line[plane, "TPP coning 0"].get_ydata()) > 0.5  # no lock at ½ per rev
 
 
 @pytest.mark.parametrize("question", PICTURES)
