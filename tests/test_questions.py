@@ -19,14 +19,16 @@ from typing import Any, NamedTuple
 
 import numpy as np
 import pytest
+from mpmath import mp
 from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq, linear_sum_assignment
 from scipy.special import mathieu_a, mathieu_b
 
-from floquet import Rotor, compare
+from floquet import Rotor, compare, flapping, stability
 from floquet.comparison import Cause, Rule
 from floquet.exhibits import Exhibit, module
+from floquet.models.textbook import mathieu
 from floquet.plot import validity_curves as curves
 from floquet.plot.effects import Effects, effects_figure
 from floquet.plot.ranking import Ranking, ranking_figure
@@ -34,7 +36,7 @@ from floquet.plot.waterfall import Waterfall, waterfall_figure
 from floquet.rotor import load_rotor
 from floquet.validity import limits
 from tests.support import REFERENCE, oracle, oracle_exponents
-from tests.truth import closed_forms, extended
+from tests.truth import closed_forms, extended, problems, taylor
 from tests.truth.blade_element import Blade, hinge_moment
 
 ROOT = Path(__file__).parents[1]
@@ -43,8 +45,10 @@ TRANSITIONS = json.loads((REFERENCE / "transitions.json").read_text(encoding="ut
 MODES = {"regressing": -1, "coning": 0, "advancing": 1}
 TOLERANCE = 0.05
 NAMES = ("lock_number", "hinge_offset", "hinge_stiffness", "pitch_flap_coupling")
+Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
 Errors = dict[str, float]
+PICTURES = [8, 9, 10]
 
 
 @functools.cache
@@ -705,7 +709,271 @@ def test_question_7() -> None:
     assert {r["mode"] for r in table if r["hub"] == "teetering"} == {"regressing", "advancing"}
 
 
-@pytest.mark.parametrize("question", [2, 3, 4, 7])
+def of_reversed_flow(gamma: float, mu: float) -> taylor.Exponents:
+    """By Taylor series in 30 digits, piece by piece."""
+    with mp.workdps(30):
+        return taylor.scalar_exponents(problems.flapping(gamma, mu, reversed_flow=True), order=24, steps=40)
+
+
+def in_80_bits(gamma: Any, mu: Any) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
+    """Which blades without hinge offset, spring and coupling are locked, and which grow."""
+    gamma, mu = np.broadcast_arrays(np.asarray(gamma, float), np.asarray(mu, float))
+    pairs, D = extended.exponents(gamma.ravel(), 0.0, 0.0, 0.0, mu.ravel(), 0.0)
+    return np.asarray(D > 0).reshape(gamma.shape), (pairs.real.max(axis=-1) > 0.0).reshape(gamma.shape)
+
+
+def test_question_8() -> None:
+    """Edges and onsets: 80 bits, with reversed flow 30 digits, change sides there; tips by scans beside them."""
+    numbers = dict(shown(8).numbers)
+    lock, onset = numbers["locked at 1 per rev from, γ = 8"], numbers["onset of growth, γ = 8"]
+    (before, behind), _ = in_80_bits(8.0, [lock - 1e-10, lock + 1e-10])
+    _, (calm, grows) = in_80_bits(8.0, [onset - 1e-10, onset + 1e-10])
+    assert (before, behind, calm, grows) == (False, True, False, True) and onset == pytest.approx(1.3919, abs=5e-5)
+    lock, onset = (numbers[f"{what}, γ = 8, reversed flow"] for what in ("locked at 1 per rev from", "onset of growth"))
+    assert [of_reversed_flow(8.0, lock + d).locked for d in (-1e-10, 1e-10)] == [False, True]
+    assert [max(e.real for e in of_reversed_flow(8.0, onset + d).exponents) > 0 for d in (-1e-10, 1e-10)] == [
+        False,
+        True,
+    ]
+    assert onset == pytest.approx(2.2282, abs=5e-5)
+    # in hover ρ = √(1 - (γ/16)²) is ½ there; the middle of the tongue leaves it with μ²
+    assert numbers["γ of the tip of the tongue of ½ per rev"] == pytest.approx(8.0 * math.sqrt(3.0), abs=2e-5)
+    lowest, mu = numbers["lowest γ locked at ½ per rev"], np.linspace(0.5, 0.75, 1001)
+    assert not in_80_bits(lowest - 1e-6, mu)[0].any() and in_80_bits(lowest + 1e-6, mu)[0].any()
+    lowest = numbers["lowest γ locked at ½ per rev, reversed flow"]
+    found = [
+        stability(flapping(Rotor(lock_number=lowest + d), np.linspace(1.3, 1.45, 2001), reversed_flow=True)).lock == 0.5
+        for d in (-1e-6, 1e-6)
+    ]
+    assert not found[0].any() and found[1].any()
+
+
+def test_question_8_table() -> None:
+    """Every edge of the rows without reversed flow."""
+    rows = [row for row in shown(8).table if not row["reversed_flow"]]
+    assert len(rows) == 15 and len(shown(8).table) == 30
+    for row in rows:
+        edges = [row[name] for name in ("half_per_rev_from", "half_per_rev_to", "1_per_rev_from") if row[name] < 9.0]
+        for k, mu in enumerate(edges):  # they come in turn: into a lock, out of it, into the next
+            (before, behind), _ = in_80_bits(row["lock_number"], [mu - 1e-9, mu + 1e-9])
+            assert (before, behind) == (k % 2 == 1, k % 2 == 0)
+        _, (calm, grows) = in_80_bits(row["lock_number"], [row["growth_from"] - 1e-9, row["growth_from"] + 1e-9])
+        assert not calm and grows and row["1_per_rev_to"] == math.inf
+
+
+def test_the_strutt_diagram_is_drawn_where_it_is() -> None:
+    """Mathieu's tongues end at characteristic values; the blade's regions are those of 80 bits, marks on its curves."""
+    known, blade, _ = shown(8).figure.axes
+    tongues = [line for line in known.lines if line.get_gid() == "lock"]
+    for line in tongues:
+        q, a = (np.asarray(x, float) for x in (line.get_xdata(), line.get_ydata()))
+        branches = [f(n, q) for n in range(6) for f in (mathieu_a, mathieu_b) if n or f is mathieu_a]
+        assert np.min(np.abs(np.array(branches) - a), axis=0).max() < 1e-8
+    (mesh,) = (c for c in blade.collections if c.get_gid() == "regions")
+    mu, gamma = study(8).MU, study(8).GAMMA
+    colours = np.ma.filled(mesh.get_array(), -1.0).reshape(len(gamma), len(mu))[::8, ::8]
+    locked, grows = in_80_bits(gamma[::8, None], mu[None, ::8])
+    np.testing.assert_array_equal(colours >= 0.0, locked)
+    np.testing.assert_array_equal(colours == 1.0, grows)
+    onset = [line for line in blade.lines if line.get_gid() == "growth"]
+    marks = [line for line in blade.lines if line.get_gid() == "mark"]
+    assert len(onset) == 1 and [float(m.get_ydata()[0]) for m in marks] == [8.0, 8.0 * math.sqrt(3.0)]
+    upwards = np.argsort(onset[0].get_ydata())
+    there = np.interp(8.0, onset[0].get_ydata()[upwards], onset[0].get_xdata()[upwards])
+    assert there == pytest.approx(float(marks[0].get_xdata()[0]), abs=1e-4)
+
+
+def test_names_stand_in_their_locks() -> None:
+    """Each lock of each panel of the Strutt diagram is named, and its name stands inside it."""
+    for ax, turns in zip(shown(8).figure.axes, (range(5), (1, 2), (1, 2)), strict=True):
+        named = {int(text.get_text().split("= ")[-1]): text for text in ax.texts if "$n$" in text.get_text()}
+        assert sorted(named) == list(turns)
+        for n, text in named.items():
+            box = text.get_window_extent()
+            x, y = ax.transData.inverted().transform((0.5 * (box.x0 + box.x1), 0.5 * (box.y0 + box.y1)))
+            if ax is shown(8).figure.axes[0]:
+                lock = stability(mathieu(y, x)).lock
+            else:
+                lock = (
+                    2.0 * stability(flapping(Rotor(lock_number=y), x, reversed_flow=ax is shown(8).figure.axes[2])).lock
+                )
+            assert lock == n, (ax.get_title(loc="left"), text.get_text())
+
+
+def lynx(rpm: Any) -> tuple[Complex, Any, Complex, Array]:
+    """Exponents and D in 80 bits and the eigenvalues of table 3, per rev, from the numbers of the file; and rad/s."""
+    speed = np.atleast_1d(np.asarray(rpm, float)) * math.pi / 30.0
+    kappa, mu = 166352.0 / (678.14 * speed**2), 120.0 * 1852.0 / 3600.0 / (6.4 * speed)
+    pairs, D = extended.exponents(7.12, 0.0, kappa, 0.0, mu, 0.0)
+    planes = [
+        companion(*closed_forms.table_3(closed_forms.truncated(7.12, 0.0, k, 0.0, m)))
+        for k, m in zip(kappa.tolist(), mu.tolist(), strict=True)
+    ]
+    return pairs, D, np.array(planes), speed
+
+
+def test_question_9() -> None:
+    """Edges of the lock in rpm and of the split of table 3, and all that holds at nominal speed."""
+    numbers = dict(shown(9).numbers)
+    nominal = 35.63 * 30.0 / math.pi
+    assert numbers["nominal, rpm"] == pytest.approx(nominal, rel=1e-14)
+    for name, inward in (("locked from, rpm", 1.0), ("locked to, rpm", -1.0)):
+        _, D, _, _ = lynx([numbers[name] - inward * 1e-7, numbers[name] + inward * 1e-7])
+        assert D[0] < 0.0 < D[1], name
+    for name, inward in (("TPP regressing mode split from, rpm", 1.0), ("TPP regressing mode split to, rpm", -1.0)):
+        _, _, planes, _ = lynx([numbers[name] - inward * 1e-6, numbers[name] + inward * 1e-6])
+        assert [int(np.sum(plane.imag == 0.0)) for plane in planes] == [0, 2], name
+    (pair,), _, (plane,), (speed,) = lynx(nominal)
+    assert pair.imag.tolist() == [0.0, 0.0]
+    dampings = [numbers["lower damping at nominal speed, 1/s"], numbers["higher damping at nominal speed, 1/s"]]
+    assert dampings == pytest.approx((-pair.real * speed).tolist(), rel=1e-12)
+    hertz = np.unique(np.round(np.abs(plane.imag) * speed / (2.0 * math.pi), 9))
+    for k, mode in enumerate(MODES):
+        assert numbers[f"{mode} at nominal speed, Hz"] == pytest.approx(k * speed / (2.0 * math.pi), rel=1e-13, abs=0)
+        assert numbers[f"{mode} at nominal speed, TPP, Hz"] == pytest.approx(hertz[k], abs=2e-9)
+    assert numbers["μ at nominal speed"] == pytest.approx(120.0 * 0.514444444444 / (6.4 * 35.63), rel=1e-10)
+    assert "the nominal 340 rpm within" in shown(9).caption
+    assert numbers["locked from, rpm"] < nominal < numbers["locked to, rpm"]
+
+
+def test_question_9_table() -> None:
+    """Every row in 80 bits and by table 3: frequencies, dampings and the lock."""
+    table = shown(9).table
+    pairs, D, planes, speed = lynx([row["rpm"] for row in table])
+    assert len(table) == 13 and [row["share"] for row in table] == pytest.approx(np.linspace(0.5, 1.1, 13).tolist())
+    for row, pair, locked, plane, rate in zip(table, pairs, D > 0.0, planes, speed, strict=True):
+        assert (row["lock"] == 1.0) == bool(locked)
+        # the blade's frequency is 1 per rev, more for a stiff spring and less for a soft one
+        rho = 1.0 if locked else 1.0 + abs(pair[0].imag) * (1.0 if row["share"] < 0.9 else -1.0)
+        found = [row[f"{mode}_hz"] for mode in MODES]
+        assert found == pytest.approx([abs(rho + k) * rate / (2.0 * math.pi) for k in (-1, 0, 1)], abs=1e-11)
+        exact = sorted([row["damping_1"], row["damping_2"]])
+        assert exact == pytest.approx(sorted((-pair.real * rate).tolist()), rel=1e-10)
+        simple = [
+            complex(row[f"{m}_tpp_damping_{i}"], 2.0 * math.pi * row[f"{m}_tpp_hz"]) for m in MODES for i in (1, 2)
+        ]
+        known = np.array([complex(-s.real, abs(s.imag)) for s in plane]) * rate
+        rows, columns = linear_sum_assignment(np.abs(np.array(simple)[:, None] - known))
+        assert np.abs(np.array(simple)[rows] - known[columns]).max() < 1e-6
+
+
+def test_the_campbell_diagram_is_drawn_as_it_is() -> None:
+    """Lines in hertz against rpm: multiples of the speed, the coning mode on one of them in the shaded lock only."""
+    upper, middle, lower = shown(9).figure.axes[:3]
+    line = {one.get_gid(): one for one in upper.lines if one.get_gid()}
+    assert {"1 per rev", "2 per rev", "4 per rev", "nominal"} <= set(line)
+    for n in (1, 2, 4):
+        rpm, hertz = line[f"{n} per rev"].get_data()
+        np.testing.assert_allclose(hertz, n * rpm / 60.0)
+    low, high = (shown(9).numbers[f"locked {way}, rpm"] for way in ("from", "to"))
+    rpm, coning = line["Floquet coning"].get_data()
+    inside = (rpm > low + 1e-6) & (rpm < high - 1e-6)
+    off = np.abs(coning - rpm / 60.0)
+    assert off[inside].max() < 1e-9 and off[(rpm < low - 1.0) | (rpm > high + 1.0)].min() > 1e-3
+    assert np.diff(np.sign(line["TPP coning 0"].get_ydata() - rpm / 60.0)).astype(bool).sum() == 1  # crosses it once
+    assert line["nominal"].get_xdata()[0] == shown(9).numbers["nominal, rpm"]
+    for ax in (upper, middle, lower):
+        (band,) = (p for p in ax.patches if p.get_gid() == "lock 1")
+        assert (band.get_x(), band.get_x() + band.get_width()) == pytest.approx((low, high))
+    pair = [next(one for one in lower.lines if one.get_gid() == f"Floquet {k}").get_ydata() for k in (0, 1)]
+    parted = np.abs(pair[0] - pair[1]) > 1e-6
+    np.testing.assert_array_equal(
+        parted[np.abs(rpm - low) > 1e-3], ((rpm > low) & (rpm < high))[np.abs(rpm - low) > 1e-3]
+    )
+
+
+def exact_at_12(mu: float) -> tuple[Complex, bool, float]:
+    """The pair of a blade of γ = 12, whether it is locked, and ρ: in 80 bits."""
+    pairs, D = extended.exponents(12.0, 0.0, 0.0, 0.0, np.array([mu]), 0.0)
+    rho = lifted(pairs[0], closed_forms.truncated(12.0, mu=mu), 1.0)
+    return pairs[0], bool(D[0] > 0), round(2.0 * rho) / 2.0 if D[0] > 0 else rho
+
+
+def plane_at_12(mu: float) -> Complex:
+    return companion(*closed_forms.table_3(closed_forms.truncated(12.0, 0.0, 0.0, 0.0, mu)))
+
+
+def test_question_10() -> None:
+    """Edges of locks as published, dampings in 80 bits, the split of table 3."""
+    numbers = dict(shown(10).numbers)
+    edges = [edge["mu"] for edge in TRANSITIONS["single:fig6:12"]["edges"]]
+    names = ("enters the lock at ½ per rev, μ", "leaves the lock at ½ per rev, μ", "enters the lock at 1 per rev, μ")
+    assert [numbers[name] for name in names[:2]] == pytest.approx(edges, abs=1e-11)
+    assert [exact_at_12(numbers[names[2]] + d)[1] for d in (-1e-10, 1e-10)] == [False, True]
+    turn = numbers["farthest apart at ½ per rev, μ"]
+    at, *beside = (exact_at_12(turn + d)[0].real for d in (0.0, -1e-3, 1e-3))
+    assert all(at[0] > other[0] and at[1] < other[1] for other in beside)
+    dampings = [numbers[f"{name} damping at ½ per rev"] for name in ("least", "largest")]
+    assert dampings == pytest.approx((-at).tolist(), rel=1e-12) and sum(dampings) == pytest.approx(1.5, rel=1e-12)
+    split = numbers["TPP regressing mode splits, μ"]
+    assert [int(np.sum(plane_at_12(split + d).imag == 0.0)) for d in (-1e-4, 1e-4)] == [0, 2]
+
+
+def test_question_10_table() -> None:
+    """Tracked exponents of three blades are one blade's in 80 bits, tracked eigenvalues those of table 3."""
+    table = shown(10).table
+    locks = []
+    for row in table:
+        pair, locked, rho = exact_at_12(row["advance_ratio"])
+        locks.append(rho if locked else 0.0)
+        for mode in ("regressing", "coning"):
+            own = [complex(sigma, sign * (rho + MODES[mode])) for sigma in pair.real for sign in (1, -1)]
+            for value in (row[f"exact_{mode}_1"], row[f"exact_{mode}_2"]):
+                assert min(abs(value - other) for other in own) < 1e-9, (row["advance_ratio"], mode)
+            known = plane_at_12(row["advance_ratio"])
+            for value in (row[f"tpp_{mode}_1"], row[f"tpp_{mode}_2"]):
+                assert np.abs(known - value).min() < 1e-9
+        four = [row[f"tpp_{mode}_{i}"] for mode in ("regressing", "coning") for i in (1, 2)]
+        assert min(abs(a - b) for k, a in enumerate(four) for b in four[:k]) > 1e-3  # each is another one
+    assert [locks.count(x) for x in (0.5, 1.0)] == [15, 4] and len(table) == 25
+
+
+def test_the_root_locus_through_locks_is_drawn_as_it_is() -> None:
+    """Ticks stand at the exponents of their μ, rings where the modes meet, arrows in the sense of the way."""
+    plane, frequency, damping = shown(10).figure.axes
+    marks: dict[tuple[str, float], list[complex]] = {}
+    for line in plane.lines:
+        if (line.get_gid() or "").startswith("mark"):
+            _, mode, mu = line.get_gid().split()
+            marks.setdefault((mode, float(mu)), []).append(complex(line.get_xdata()[0], line.get_ydata()[0]))
+    assert len(marks) == 24
+    for (mode, mu), drawn in marks.items():
+        pair, locked, rho = exact_at_12(mu)
+        expected = [complex(sigma, abs(rho + MODES[mode])) for sigma in (pair.real if locked else pair.real[:1])]
+        np.testing.assert_allclose(sorted(drawn, key=abs), sorted(expected, key=abs), atol=1e-9)
+    rings = {(round(float(one.get_xdata()[0]), 6), round(float(one.get_ydata()[0]), 6))
+             for one in plane.lines if (one.get_gid() or "").startswith("edge")}  # fmt: skip
+    assert rings == {(-0.75, 0.5), (-0.75, 1.0), (-0.75, 0.0)}
+    arrows = [text for text in plane.texts if not text.get_text()]
+    rises = [(text.xyann[0] > -0.75, text.xy[1] > text.xyann[1]) for text in arrows]  # side, upwards
+    assert rises == [(False, True), (True, False), (False, False), (True, True)]  # regressing, coning
+    enter, leave, again = (mu for name, mu in shown(10).numbers.items() if "the lock" in name)
+    line = {(ax, one.get_gid()): one for ax in (plane, frequency, damping) for one in ax.lines}
+    for mode in ("regressing", "coning"):
+        mu, imaginary = line[frequency, f"Floquet {mode} 0"].get_data()
+        inside, outside = (mu > enter) & (mu < leave), (mu < enter - 1e-4) | (mu > leave + 1e-4)
+        assert np.all(imaginary[inside] == 0.5) and np.abs(imaginary[outside] - 0.5).min() > 1e-3
+        first, second = (line[damping, f"Floquet {mode} {k}"].get_ydata() for k in (0, 1))
+        locked = inside | (mu > again)
+        clear = np.abs(mu[:, None] - [enter, leave, again]).min(axis=1) > 1e-7
+        np.testing.assert_array_equal((np.abs(first - second) > 1e-5)[clear], locked[clear])
+    assert np.all(line[plane, "TPP regressing 0"].get_ydata()[mu > 0.58] < 1e-9)
+    assert np.nanmin(line[plane, "TPP coning 0"].get_ydata()) > 0.5  # no lock at ½ per rev
+
+
+@pytest.mark.parametrize("question", PICTURES)
+def test_labels_stay_inside_their_axes(question: int) -> None:
+    figure = shown(question).figure
+    figure.draw_without_rendering()
+    for ax in figure.axes:
+        frame = ax.get_window_extent().padded(1.0)
+        assert ax.texts
+        for text in ax.texts:
+            box = text.get_window_extent()
+            assert frame.x0 <= box.x0 and box.x1 <= frame.x1 and frame.y0 <= box.y0 and box.y1 <= frame.y1, text
+
+
+@pytest.mark.parametrize("question", [2, 3, 4, 7, *PICTURES])
 def test_texts_of_a_figure_do_not_overlap(question: int) -> None:
     texts_are_apart(shown(question).figure)
 
