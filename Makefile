@@ -1,7 +1,7 @@
 # What a bare machine needs: Python >= 3.11 with pip, and make. Everything else goes into .venv, once.
 #
 #   make validity   run studies/validity.toml, print where the tip-path-plane model stops, draw the four figures
-#   make report1431 every table and figure of NASA TP-1431 into results/tp1431, with a page, index.html (half a minute)
+#   make report1431 every table and figure of NASA TP-1431 into results/tp1431, with a page, index.html (a minute)
 #   make test       ruff, mypy, pytest
 #   make bench      speed and accuracy beside SciPy, heyoka, numbalsoda, diffrax (five minutes; installs them into .venv)
 #   make mutants    break the code on purpose: every break must fail a test

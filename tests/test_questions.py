@@ -973,6 +973,18 @@ def test_labels_stay_inside_their_axes(question: int) -> None:
             assert frame.x0 <= box.x0 and box.x1 <= frame.x1 and frame.y0 <= box.y0 and box.y1 <= frame.y1, text
 
 
+def test_names_of_the_campbell_diagram_lie_on_no_mode() -> None:
+    figure = shown(9).figure
+    figure.draw_without_rendering()
+    for ax in figure.axes:
+        modes = [line for line in ax.lines if (line.get_gid() or "").startswith(("Floquet", "TPP"))]
+        dots = np.concatenate([ax.transData.transform(np.column_stack(line.get_data())) for line in modes])
+        for text in ax.texts:
+            box = text.get_window_extent()
+            inside = (dots[:, 0] > box.x0) & (dots[:, 0] < box.x1) & (dots[:, 1] > box.y0) & (dots[:, 1] < box.y1)
+            assert len(dots) > 1000 and not inside.any(), text.get_text()
+
+
 @pytest.mark.parametrize("question", [2, 3, 4, 7, *PICTURES])
 def test_texts_of_a_figure_do_not_overlap(question: int) -> None:
     texts_are_apart(shown(question).figure)

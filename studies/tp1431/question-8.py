@@ -106,13 +106,14 @@ def _lowest_locked(flow: bool) -> float:
 def rows() -> list[dict[str, Any]]:
     """A record for every whole Lock number, without and with reversed flow: the locks up to 2.5, and growth."""
     out: list[dict[str, Any]] = []
+    rotor = Rotor(lock_number=np.array(LISTED, float))
     for flow in (False, True):
-        for gamma in LISTED:
-            rotor = Rotor(lock_number=float(gamma))
+        found, onsets = (find(rotor, 2.5, reversed_flow=flow) for find in (lock_windows, instability_onset))
+        for gamma, windows, onset in zip(LISTED, found, onsets.tolist(), strict=True):
+            ends = {rho: (enter, leave) for enter, leave, rho in windows}
             row: dict[str, Any] = {"lock_number": float(gamma), "reversed_flow": flow}
-            windows = {rho: (enter, leave) for enter, leave, rho in lock_windows(rotor, 2.5, reversed_flow=flow)}
             for rho, name in ((0.5, "half_per_rev"), (1.0, "1_per_rev")):
-                enter, leave = windows.get(rho, (math.inf, math.inf))
+                enter, leave = ends.get(rho, (math.inf, math.inf))
                 row |= {f"{name}_from": enter, f"{name}_to": leave}
-            out.append(row | {"growth_from": instability_onset(rotor, 2.5, reversed_flow=flow)})
+            out.append(row | {"growth_from": onset})
     return out
