@@ -403,6 +403,24 @@ REFUSED = [
     ("1.2.3 > lock", 4, "'.3' follows without an operator"),
     ("0x10 > lock", 2, "'x10' follows without an operator"),
     ("lock > 1; blades > 2", 9, "';' is not part of the language"),
+    ("nearest > 1", 1, "nearest is a function; write nearest(…)"),
+    ("nearest()", 1, "nearest takes columns with their numbers, as in nearest(advance_ratio=0.35)"),
+    ("nearest(lock, 0.3)", 1, "nearest takes columns with their numbers"),
+    ("nearest(lock == 0.3)", 1, "nearest takes columns with their numbers"),
+    ("abs(lock=0.3) > 1", 1, "only nearest takes columns with their numbers"),
+    ("nearest(lock=0.3, 2)", 19, "'2' follows without an operator"),
+    ("nearest(lokc=0.3)", 9, "did you mean 'lock'?"),
+    ("nearest(exponent_1=0.3)", 9, "exponent_1 is complex"),
+    ("nearest(verdict='STABLE')", 9, "verdict holds words, and nearest is of numbers; compare words, as in verdict =="),
+    ("nearest(rotor='Lynx')", 15, "a word in quotes stands where a number is needed"),
+    ("nearest(inf=3)", 9, "inf is no column"),
+    ("nearest(lock=blades)", 14, "lock is held against a number"),
+    ("nearest(lock=-inf)", 14, "nothing is near -inf; give a finite number"),
+    ("nearest(lock=0/0)", 14, "nothing is near nan"),
+    ("nearest(lock=0.3, blades=2, lock=0.4)", 29, "nearest is given lock twice"),
+    ("nearest(lock=0.3) > 1", 9, "a comparison stands where a number is needed"),
+    ("nearest(lock=)", 14, "')' stands where"),
+    ("nearest(1=lock)", 10, "'=' is not part of the language"),
     ("1e999 > lock", 1, "1e999 is beyond the largest number"),
     ("9" * 5000 + " > lock", 1, "is beyond the largest number"),
     ("(" * 10_000, 65, "parentheses are nested more than 64 deep"),
@@ -474,6 +492,7 @@ def test_random_text_gives_an_answer_or_a_query_error() -> None:
         "( ) ( ) and or not in < <= == != > >= + - * / ** , . & | = ! ' \" ; [ ] { } : @ \\ % # $ 1 0.5 1e9 1e-400 "
         "1e400 lock blades verdict rotor exponent_1 exponent_1_re 'LOCK' 'STABLE' \"Lynx\" abs min isnan sqrt inf nan "
         "__import__ eval exec lambda None True \n \t \0 é ∞ 🚁 \u202e"
+        " nearest = lock= nearest(lock="
     ).split(" ")
     letters = "()'\"<>=!&|+-*/., abcelkox0129_\n\té\0"
     good = list(expressions(100, seed=5))
@@ -721,6 +740,73 @@ def test_memory_is_that_of_a_chunk_and_the_answer() -> None:
     np.testing.assert_array_equal(found["lock"], np.sort(np.sin(np.arange(2_000_000)))[:10])
 
 
+# --- nearest ----------------------------------------------------------------------------------------------------------
+
+
+def nearest(values: Any, number: float) -> Any:
+    """Row by row, in Python: the finite value at the least distance, and of two of them the smaller."""
+    best = min((v for v in values.tolist() if np.isfinite(v)), key=lambda v: (abs(v - number), v))
+    return values == best
+
+
+@pytest.mark.parametrize("number", [-9.0, -0.375, -0.3, 0.0, 0.1, 0.125, 0.3, 1.9, 1e300])
+def test_nearest_is_of_all_rows_column_by_column(db: Database, number: float) -> None:
+    table = points()
+    near, blades = nearest(table["lock"], number), nearest(table["blades"].astype(float), 3.4)
+    for text, expected in {
+        f"nearest(lock={number!r})": near,
+        f"nearest(lock = {number!r}, blades=17/5,)": near & blades,
+        f"not nearest(lock={number!r}) and blades > 2": ~near & (table["blades"] > 2),
+        f"lock_number < 0 or nearest(lock={number!r}) or nearest(lock=2)": near
+        | (table["lock"] == 2)
+        | (table["lock_number"] < 0),
+    }.items():
+        assert expected.any() and not expected.all()
+        np.testing.assert_array_equal(db.query(text, columns="error_coning")["error_coning"],
+                                      table["error_coning"][expected], err_msg=text)  # fmt: skip
+
+
+def test_nearest_does_not_depend_on_the_other_conditions_nor_on_what_is_sorted(db: Database) -> None:
+    assert db.query("nearest(advance_ratio=0.26) and advance_ratio > 0.26")["rotor"].size == 0
+    found = db.query("nearest(advance_ratio=0.26)", sort="lock", limit=3, columns=("lock", "advance_ratio"))
+    lock = points()["lock"][points()["advance_ratio"] == 0.25]
+    np.testing.assert_array_equal(found["lock"], np.sort(lock)[:3])
+    assert list(db.query("nearest(exponent_1_re=-1)"))[-1] == "exponent_1_re"
+
+
+def test_nearest_to_a_node_reads_the_chunks_about_it_and_two_passes_only_the_columns_they_need() -> None:
+    table = points(6400) | {"advance_ratio": np.linspace(0, 1, 101).repeat(64)[:6400]}
+    file = FakeFile({"points": table})
+    found = Database("x", file).query("nearest(advance_ratio=0.4949)", columns=("lock",))
+    np.testing.assert_array_equal(found["lock"], table["lock"][49 * 64 : 50 * 64])
+    first, second = file.read[:-2], file.read[-2:]
+    assert [start // 64 for start, _ in first] == list(range(50)) and {names for _, names in first} == {
+        ("advance_ratio",)
+    }
+    assert second == [(49 * 64, ("advance_ratio",)), (49 * 64, ("lock",))]
+
+
+def test_nothing_is_nearest_where_nothing_is_finite() -> None:
+    table = points(200) | {"lock": np.r_[np.full(100, np.nan), np.full(100, np.inf)]}
+    db = Database("x", FakeFile({"points": table}))
+    assert db.query("nearest(lock=1)")["rotor"].size == 0
+    assert db.query("not nearest(lock=1)")["rotor"].size == 200
+    assert Database("x", FakeFile({"points": points(0)})).query("nearest(lock=1)")["rotor"].size == 0
+
+
+def test_nearest_in_a_file(stored: tuple[Path, dict[str, Any], dict[str, Any]]) -> None:
+    path, table, some = stored
+    with open_database(path) as db:
+        found = db.query("nearest(advance_ratio=0.70001, rotor=2.2)", columns=("advance_ratio", "rotor"))
+        np.testing.assert_array_equal(
+            found["advance_ratio"], table["advance_ratio"][nearest(table["advance_ratio"], 0.70001)]
+        )
+        chosen = nearest(some["limit"], 3.3) & (some["mode"] == 0)
+        np.testing.assert_array_equal(
+            db.limits("nearest(limit=3.3) and mode == 'regressing'")["rotor"], some["rotor"][chosen]
+        )
+
+
 def test_the_wrong_option_is_named(db: Database) -> None:
     cases: list[tuple[dict[str, Any], str]] = [
         ({"table": "point"}, "'point' is no table; this file has points, limits, did you mean 'points'?"),
@@ -885,7 +971,8 @@ def fenced(kind: str) -> list[str]:
     return re.findall(rf"^```{kind}\n(.*?)^```$", PAGE, flags=re.M | re.S)
 
 
-def test_the_expressions_of_the_page_run_and_find_rows(db: Database) -> None:
+def test_the_expressions_of_the_page_run_and_find_rows() -> None:
+    db = Database("fake.h5", FakeFile({"points": points(4000), "limits": limits()}))
     lines = [line for block in fenced("text") for line in block.splitlines()]
     assert len(lines) >= 10
     for line in lines:
@@ -928,6 +1015,7 @@ def test_the_page_names_every_function_and_operator() -> None:
         *intervals.FUNCTIONS,
         *intervals.COMPARISONS,
         *language.KEYWORDS,
+        language.NEAREST,
         "**",
         "inf",
         f"{query.MAX_LENGTH:_}".replace("_", " "),

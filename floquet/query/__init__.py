@@ -4,11 +4,11 @@ The language, loosest first::
 
     or    and    not    < <= > >= == !=, chained    in (…), not in (…)    + -    * /    unary + -    **
 
-with numbers (``1e-3``, ``inf``), column names, words in quotes, parentheses, and the functions abs, min, max, sqrt,
-isnan and isfinite. It is a subset of Python's grammar, with Python's precedence; ``&`` and ``|`` are refused, because
-in Python they bind tighter than a comparison. Three kinds of value never mix: numbers, truth values and words (the flag
-columns such as ``verdict``; ``rotor`` is a number that may also be compared with a rotor's name). A complex column is
-reachable by its parts, NAME_re and NAME_im.
+with numbers (``1e-3``, ``inf``), column names, words in quotes, parentheses, the functions abs, min, max, sqrt, isnan
+and isfinite, and ``nearest(column=number, …)``. It is a subset of Python's grammar, with Python's precedence; ``&`` and
+``|`` are refused, because in Python they bind tighter than a comparison. Three kinds of value never mix: numbers, truth
+values and words (the flag columns such as ``verdict``; ``rotor`` is a number that may also be compared with a rotor's
+name). A complex column is reachable by its parts, NAME_re and NAME_im.
 
 Arithmetic is float64 as in NumPy. So are comparisons with nan: ``<``, ``<=``, ``>``, ``>=``, ``==`` and ``in`` are
 false, and ``!=`` is **true**, like ``not (… == …)``; ``isfinite(x)`` leaves a row without a value out, ``isnan(x)``
@@ -19,6 +19,8 @@ reaches ``eval``. Each node of the tree has two readings, ``value`` over the col
 their stored ranges (interval arithmetic), and a chunk is skipped only when the bounds of the tree exclude "true"::
 
     holds(chunk) = value(columns)        skip(minima, maxima) = bounds([minimum, maximum] ∪ {nan}).high < 1
+
+``nearest(x=c)`` is x == x*, with x* the finite value nearest to c in the whole table, which a first pass finds.
 
 Rounding is monotone, so the ends of an interval bound every row's result of + - * / sqrt to the last bit; powers are
 widened by 1e-12.
@@ -137,6 +139,35 @@ class Best:
         return rows
 
 
+class Nearest:
+    """Name → the finite value of a column nearest to a number, from chunks one by one; of two as near, the smaller."""
+
+    def __init__(self, wanted: Mapping[str, tuple[str, float]]) -> None:
+        self._wanted = wanted
+        self.columns = list(dict.fromkeys(column for column, _ in wanted.values()))
+        self.found = dict.fromkeys(wanted, np.nan)
+
+    def _distance(self, name: str) -> float:
+        """What a value must not exceed to be looked at; inf as long as there is none."""
+        distance = abs(self.found[name] - self._wanted[name][1])
+        return distance if distance >= 0 else np.inf
+
+    def skip(self, minima: Mapping[str, Any], maxima: Mapping[str, Any]) -> bool:
+        """Does every value of a chunk with these ranges lie farther away than what is there?"""
+        return all(
+            max(minima.get(column, -np.inf) - number, number - maxima.get(column, np.inf)) > self._distance(name)
+            for name, (column, number) in self._wanted.items()
+        )
+
+    def add(self, chunk: Rows) -> None:
+        for name, (column, number) in self._wanted.items():
+            values = np.append(np.asarray(chunk[column], dtype=float), self.found[name])
+            values = values[np.isfinite(values)]
+            if values.size:
+                distances = np.abs(values - number)
+                self.found[name] = float(values[distances == distances.min()].min())
+
+
 def _joined(pieces: Sequence[Rows]) -> Rows:
     return {name: np.concatenate([piece[name] for piece in pieces]) for name in pieces[0]}
 
@@ -236,7 +267,7 @@ class Database:
         """
         present = self.columns(table)
         scope = Scope.of(present, self.names, self._reader.left_out(table))
-        predicate = compile_expression(expression, scope)
+        predicate = self._settled(table, compile_expression(expression, scope))
         key = () if sort is None else (scope.check(str(sort)),)
         wanted = self._wanted(table, columns, present, scope, (*predicate.names, *key))
         limit = _checked_limit(limit)
@@ -273,6 +304,15 @@ class Database:
         if not wanted:
             raise QueryError('no columns are asked for; name some, or "*" for all')
         return list(wanted)
+
+    def _settled(self, table: str, predicate: Predicate) -> Predicate:
+        """A first pass where rows are compared with a value nearest to a number, over the chunks that may hold it."""
+        if not predicate.nearest:
+            return predicate
+        search = Nearest(predicate.nearest)
+        for _, chunk in self._reader.chunks(table, search.columns, skip=search.skip):
+            search.add(chunk)
+        return predicate.settled(search.found)
 
     def _pieces(
         self, table: str, predicate: Predicate, read: Sequence[str], best: Best | None, limit: int | None
