@@ -480,6 +480,26 @@ def test_query(run: Floquet, database: str) -> None:
     assert len(table) == 14 and table[0]["cause"] == "DRIFT" and table[0]["rotor_name"] == "soft"
 
 
+def test_query_by_groups(run: Floquet, database: str) -> None:
+    limits = run("query", database, "--table", "limits", "--columns", "rotor_name,mode,limit", "--json").json
+    arguments = ("query", database, "--table", "limits", "--by", "rotor,mode", "--reduce", "min(limit), count")
+    found = run(*arguments, "--json").json
+    for row in found:
+        of = [one["limit"] for one in limits if (one["rotor_name"], one["mode"]) == (row["rotor_name"], row["mode"])]
+        finite = [limit for limit in of if isinstance(limit, float)]
+        assert row["count"] == len(of) and row["min(limit)"] == (min(finite) if finite else of[0])
+    assert len(found) == len({(one["rotor_name"], one["mode"]) for one in limits}) > 3
+    table = list(csv.DictReader(io.StringIO(run(*arguments, "--csv").out)))
+    assert [row["mode"] for row in table] == [row["mode"] for row in found]
+    text = run("query", database, "--by", "rotor", "--reduce", "count", "--reduce", "first(verdict)").out
+    assert [line.split() for line in text.splitlines()[::2]] == [
+        ["rotor", "rotor_name", "count", "first(verdict)"],
+        ["0", "soft", "7", "STABLE"],
+    ]
+    refused(run("query", database, "--by", "lock_numbr"), "by: 'lock_numbr'", "did you mean 'lock_number'?")
+    refused(run("query", database, "--by", "rotor", "--columns", "lock"), "columns:", "--by and --reduce")
+
+
 def test_empty_answer_is_an_answer(run: Floquet, database: str) -> None:
     done = run("query", database, "advance_ratio > 5", "--json")
     assert (done.status, done.json) == (0, [])

@@ -18,6 +18,7 @@ import numpy as np
 import pytest
 
 from floquet import query, store
+from floquet.cli import main
 from floquet.errors import DatabaseError, ParameterError, QueryError
 from floquet.query import Database, Interval, Predicate, Scope, compile_expression, intervals, language, open_database
 
@@ -807,6 +808,138 @@ def test_nearest_in_a_file(stored: tuple[Path, dict[str, Any], dict[str, Any]]) 
         )
 
 
+# --- groups -----------------------------------------------------------------------------------------------------------
+
+
+def grouped(rows: list[int], table: dict[str, Any], by: tuple[str, ...]) -> dict[tuple[float, ...], list[int]]:
+    """Row numbers by the values of their keys, in Python: −0 is 0, nan (as a text) is one value and comes last."""
+    met: dict[tuple[Any, ...], list[int]] = {}
+    for i in rows:
+        values = [float(table[name][i]) for name in by]
+        met.setdefault(tuple((v != v, 0.0 if v != v else v + 0.0) for v in values), []).append(i)
+    return dict(sorted(met.items()))
+
+
+REDUCE = {
+    "min(error_coning)": lambda t, r: min((v for v in t["error_coning"][r] if v == v), default=np.nan),
+    "max(blades)": lambda t, r: max(t["blades"][r]),
+    "mean(hinge_offset)": lambda t, r: _mean([v for v in t["hinge_offset"][r] if v == v]),
+    "mean(blades)": lambda t, r: _mean(t["blades"][r].tolist()),
+    "count": lambda t, r: len(r),
+    "count(lock)": lambda t, r: sum(v == v for v in t["lock"][r]),
+    "first(lock)": lambda t, r: t["lock"][r[0]],
+    "first(exponent_1)": lambda t, r: t["exponent_1"][r[0]],
+    "first(verdict)": lambda t, r: t["verdict"][r[0]],
+    "max(exponent_1_im)": lambda t, r: max(t["exponent_1"][r].imag),
+}
+
+
+def _mean(values: list[float]) -> float:
+    return float(np.float64(sum(values)) / len(values)) if values else np.nan
+
+
+@pytest.mark.parametrize(
+    "by", [("lock_number",), ("verdict", "lock"), ("blades", "advance_ratio", "exponent_1_im"), ("rotor",)]
+)
+@pytest.mark.parametrize("text", ["", "blades != 3 and nearest(rotor=0.6)", "lock > 0.5"])
+def test_groups_are_those_of_a_dictionary_of_rows(db: Database, by: tuple[str, ...], text: str) -> None:
+    """Chunks of 64 rows, so that nearly every group has rows of several; eighths and quarters sum without rounding."""
+    table = with_parts(points())
+    chosen = {"": np.ones(400, bool), "lock > 0.5": table["lock"] > 0.5}.get(
+        text, (table["blades"] != 3) & (table["rotor"] == 1)
+    )
+    with np.errstate(all="ignore"):
+        expected = grouped(np.flatnonzero(chosen).tolist(), table, by)
+        found = db.groups(text, by=by, reduce=", ".join(REDUCE))
+        assert list(found) == [*by, *(("rotor_name",) if by == ("rotor",) else ()), *REDUCE]
+        assert len(expected) >= (1 if by == ("rotor",) else 3)
+        for i, name in enumerate(by):
+            np.testing.assert_array_equal(found[name], [np.nan if key[i][0] else key[i][1] for key in expected])
+            assert found[name].dtype == (float if name == "exponent_1_im" else np.dtype(POINTS[name].dtype))
+        for name, reduction in REDUCE.items():
+            np.testing.assert_array_equal(found[name], [reduction(table, r) for r in expected.values()], err_msg=name)
+    kinds = {name: found[name].dtype.kind for name in ("max(blades)", "mean(blades)", "count", "first(verdict)")}
+    assert list(kinds.values()) == ["i", "f", "i", "i"]
+
+
+def test_no_key_is_one_group_and_no_row_is_none(db: Database) -> None:
+    found = db.groups(reduce="count, min(blades)")
+    assert {name: values.tolist() for name, values in found.items()} == {"count": [400], "min(blades)": [2]}
+    assert (
+        db.groups()["count"].tolist() == [400] and db.groups("blades == 3")["count"] == (points()["blades"] == 3).sum()
+    )
+    for by in (None, "verdict", ("rotor", "lock")):
+        found = db.groups("blades > 100", by=by, reduce="first(exponent_1), min(blades), mean(lock), count")
+        assert [v.size for v in found.values()] == [0] * len(found)
+        assert [v.dtype for v in found.values()][-4:] == [complex, np.int16, float, np.int64]
+
+
+def test_groups_are_sorted_stably_and_limited(db: Database) -> None:
+    for descending in (False, True):
+        found = db.groups(by="advance_ratio", reduce="min(lock),count", sort="count", descending=descending, limit=7)
+        all_of = db.groups(by=["advance_ratio"], reduce=["count", "min( lock )"])
+        order = np.argsort(all_of["count"] * (-1 if descending else 1), kind="stable")[:7]
+        assert list(found) == ["advance_ratio", "min(lock)", "count"]
+        for name, values in found.items():
+            np.testing.assert_array_equal(values, all_of[name][order])
+    last = db.groups(by="lock", sort="lock", descending=True)["lock"]
+    assert np.isnan(last[-1]) and np.isnan(last).sum() == 1 and (np.diff(last[:-1]) < 0).all()
+    assert db.groups(by="rotor", limit=2)["rotor_name"].tolist() == list(NAMES[:2])
+    assert list(db.groups(by="rotor_name")) == ["rotor", "rotor_name", "count"]
+
+
+def test_groups_need_the_memory_of_a_chunk_and_of_themselves() -> None:
+    class Endless(FakeFile):
+        def rows(self, table: str) -> int:
+            return 2_000_000
+
+        def chunks(self, table: str, columns: Any, start: int = 0, stop: int | None = None, skip: Any = None) -> Any:
+            for a in range(start, stop or self.rows(table), 50_000):
+                yield a, {name: np.arange(a, min(a + 50_000, stop or 2_000_000)) % 1000 / 4 for name in columns}
+
+    db = Database("x", Endless({"points": points(4)}))
+    db.groups("lock > 1", by="lock", limit=0)
+    gc.collect()
+    tracemalloc.start()
+    try:
+        found = db.groups("lock >= 1", by="lock", reduce="mean(advance_ratio), count")
+        peak = tracemalloc.get_traced_memory()[1]
+    finally:
+        tracemalloc.stop()
+    assert peak < 12e6 and found["count"].tolist() == [2000] * 996
+    np.testing.assert_array_equal(found["mean(advance_ratio)"], np.arange(4, 1000) / 4)
+
+
+def test_the_wrong_group_is_named(db: Database) -> None:
+    cases: list[tuple[dict[str, Any], str]] = [
+        ({"by": "lock_numbr"}, "by: 'lock_numbr' is no column of this table, did you mean 'lock_number'?"),
+        ({"by": "exponent_1"}, "by: exponent_1 is complex; write exponent_1_re"),
+        ({"by": " , "}, "by: no column is named; name some, or leave it out"),
+        ({"by": 3}, "by: 3 was given; it is a text, or several"),
+        ({"reduce": ""}, "reduce: nothing is asked for; name reductions, as in min(limit), count"),
+        ({"reduce": [3]}, "reduce: [3] was given"),
+        ({"reduce": "sum(lock)"}, "reduce: 'sum' is none of min, max, mean, count, first, as in min(limit)"),
+        ({"reduce": "men(lock)"}, "did you mean 'mean'?"),
+        ({"reduce": "min"}, "reduce: min is of a column, as in min(limit)"),
+        ({"reduce": "min(lock"}, "reduce: 'min(lock' is no reduction, as in min(limit), count"),
+        ({"reduce": "min(lock + 1)"}, "'min(lock + 1)' is no reduction"),
+        ({"reduce": "count, max(lokc)"}, "reduce: 'lokc' is no column of this table, did you mean 'lock'?"),
+        ({"reduce": "max(exponent_1)"}, "reduce: exponent_1 is complex"),
+        ({"reduce": "mean(verdict)"}, "verdict holds words, which have no order; take first(verdict) or count"),
+        ({"reduce": "min(rotor)"}, "rotor numbers rotors, which have no order; take first(rotor)"),
+        ({"by": "lock", "sort": "blades"}, "sort: 'blades' is none of lock, count"),
+        ({"by": "lock", "sort": "cout"}, "did you mean 'count'?"),
+        ({"reduce": "first(exponent_1)", "sort": "first(exponent_1)"}, "first(exponent_1) is complex"),
+    ]
+    for options, sentence in cases:
+        with pytest.raises(ParameterError, match=re.escape(sentence)):
+            db.groups(**options)
+    with pytest.raises(QueryError, match="no column"):
+        db.groups("lokc > 1")
+    with pytest.raises(QueryError, match="limit is a number of rows"):
+        db.groups(limit=-1)
+
+
 def test_the_wrong_option_is_named(db: Database) -> None:
     cases: list[tuple[dict[str, Any], str]] = [
         ({"table": "point"}, "'point' is no table; this file has points, limits, did you mean 'points'?"),
@@ -984,19 +1117,23 @@ def test_the_expressions_of_the_page_run_and_find_rows() -> None:
 def test_the_python_of_the_page_runs(monkeypatch: pytest.MonkeyPatch) -> None:
     file = FakeFile({"points": points(), "limits": limits()})
     monkeypatch.setattr("floquet.open_database", lambda path: Database(path, file))
-    (block,) = fenced("py")
-    exec(block, {})
+    scope: dict[str, Any] = {}
+    for block in fenced("py"):
+        exec(block, scope)
+    assert scope["least"]["count"].sum() == (limits()["mode"] == 0).sum()
 
 
-def test_the_commands_of_the_page_run(db: Database) -> None:
+def test_the_commands_of_the_page_run(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
+    file = FakeFile({"points": points(), "limits": limits()})
+    monkeypatch.setattr("floquet.query.open_database", lambda path: Database(path, file))
     commands = [shlex.split(line) for block in fenced("sh") for line in block.splitlines()]
-    assert commands
-    for program, verb, _, expression, *options in commands:
-        assert (program, verb) == ("floquet", "query")
-        given = dict(zip(options[::2], options[1::2], strict=True))
-        columns, limit = given.get("--columns"), int(given.get("--limit", 5))
-        found = db.query(expression, columns=columns and columns.split(","), sort=given.get("--sort"), limit=limit)
-        assert 0 < len(found["rotor"]) <= limit
+    assert len(commands) >= 5
+    for program, *arguments in commands:
+        assert program == "floquet"
+        with pytest.raises(SystemExit) as end:
+            main(arguments)
+        shown = capsys.readouterr().out.splitlines()
+        assert end.value.code == 0 and len(shown) > 2, arguments
 
 
 def test_the_refusals_of_the_page_are_what_is_said() -> None:

@@ -37,7 +37,9 @@ from typing import Any, Protocol
 
 import numpy as np
 
-from floquet.errors import DatabaseError, QueryError, did_you_mean
+from floquet.errors import DatabaseError, ParameterError, QueryError, did_you_mean
+from floquet.query.groups import Groups, reductions
+from floquet.query.groups import keys as group_keys
 from floquet.query.intervals import MAX_LENGTH, Interval
 from floquet.query.language import (
     MAX_DEPTH,
@@ -281,6 +283,51 @@ class Database:
                 best.add(piece)
             found = best.result()
         return {name: self._named(found[ROTOR]) if name == ROTOR_NAME else found[name] for name in wanted}
+
+    def groups(
+        self,
+        expression: str = "",
+        *,
+        by: str | Sequence[str] | None = None,
+        reduce: str | Sequence[str] = "count",
+        table: str = "points",
+        sort: str | None = None,
+        descending: bool = False,
+        limit: int | None = None,
+    ) -> Rows:
+        """One row a group of rows with equal values in the columns ``by``, of those for which ``expression`` holds.
+
+        ``reduce`` names what is said of a group, ``"min(limit), mean(limit), count"``: min, max and mean pass over nan;
+        count is of rows, count(x) of those where x is not nan; first(x) is of the first row in the file. The answer has
+        the columns ``by`` (and the rotors' names beside ``rotor``) and those reductions, under their names as written
+        here. It is in the order of ``by``, or of ``sort``, one of its columns; nan comes last. Memory holds a chunk and
+        the groups.
+        """
+        present = self.columns(table)
+        scope = Scope.of(present, self.names, self._reader.left_out(table))
+        reduced, keys = reductions(reduce, present, scope), group_keys(by, scope)
+        limit = _checked_limit(limit)
+        names = [*keys, *(one.name for one in reduced)]
+        if sort is not None and sort not in names:
+            near = did_you_mean(str(sort), names)
+            raise ParameterError("sort", sort, f"{short(str(sort))!r} is none of {', '.join(names)}{near}")
+        whole = {name: np.dtype(column.dtype) for name, column in present.items()}
+        groups = Groups(keys, reduced, {**scope.dtypes, **whole})
+        predicate = self._settled(table, compile_expression(expression, scope))
+        read = groups.read or list(present)[:1]
+        for rows in self._pieces(table, predicate, read, None, None):
+            groups.add(rows, len(rows[read[0]]))
+        found = groups.result()
+        if sort is not None:
+            if np.iscomplexobj(found[sort]):
+                raise ParameterError("sort", sort, f"{sort} is complex, which has no order; sort by another column")
+            best = Best(sort, bool(descending), None)
+            best.add(found)
+            found = best.result()
+        if ROTOR in keys and self.names:
+            names.insert(names.index(ROTOR) + 1, ROTOR_NAME)
+            found[ROTOR_NAME] = self._named(found[ROTOR])
+        return {name: found[name][:limit] for name in names}
 
     def _wanted(
         self,
