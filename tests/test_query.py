@@ -19,7 +19,7 @@ import pytest
 
 from floquet import query, store
 from floquet.cli import main
-from floquet.errors import DatabaseError, ParameterError, QueryError
+from floquet.errors import DatabaseError, InputError, ParameterError, QueryError
 from floquet.query import Database, Interval, Predicate, Scope, compile_expression, intervals, language, open_database
 
 ROOT = Path(__file__).parents[1]
@@ -938,6 +938,126 @@ def test_the_wrong_group_is_named(db: Database) -> None:
         db.groups("lokc > 1")
     with pytest.raises(QueryError, match="limit is a number of rows"):
         db.groups(limit=-1)
+
+
+# --- pandas and xarray ------------------------------------------------------------------------------------------------
+
+
+def gridded(axes: dict[str, list[float]], **derived: Any) -> tuple[dict[str, Any], dict[str, Any]]:
+    """Points of a study on a grid, shuffled, with a number of the row's own; the columns are those of the schema."""
+    values = [v.ravel() for v in np.meshgrid(*axes.values(), indexing="ij")]
+    table = {name: np.zeros(values[0].size, store.POINTS[name].dtype) for name in store.ALWAYS}
+    table |= dict(zip(axes, values, strict=True))
+    table |= {"error_regressing": np.arange(values[0].size) / 8, "verdict": np.arange(values[0].size) % 3}
+    design = np.stack([values[i] for i, name in enumerate(axes) if name != "advance_ratio"] or [0 * values[0]])
+    table["rotor"] = np.unique(design, axis=1, return_inverse=True)[1].reshape(-1)
+    table |= {name: formula(table) for name, formula in derived.items()}
+    order = np.random.default_rng(5).permutation(values[0].size)
+    return {name: v[order].astype(store.POINTS[name].dtype) for name, v in table.items()}, table
+
+
+def opened(table: dict[str, Any], name: str = "points") -> Database:
+    file = FakeFile({name: table})
+    file._columns = dict(store.TABLES)  # type: ignore[assignment]
+    return Database("grid.h5", file)
+
+
+GRID = {"lock_number": [4.0, 6.0, 9.0], "hinge_offset": [0.0, 0.1], "advance_ratio": [0.0, 0.25, 0.5, 1.0]}
+
+
+def test_pandas_has_rows_units_meanings_and_words(db: Database) -> None:
+    frame = db.to_pandas("blades != 3", sort="lock_number", columns="*", limit=50)
+    found = db.query("blades != 3", sort="lock_number", columns="*", limit=50)
+    assert list(frame.columns) == list(found) and len(frame) == 50
+    for name, values in found.items():
+        flags = POINTS[name].flags if name in POINTS else None
+        expected = [flags[v] for v in values.tolist()] if flags else values
+        np.testing.assert_array_equal(frame[name].to_numpy(), np.array(expected), err_msg=name)
+    assert list(frame["verdict"].cat.categories) == ["STABLE", "UNSTABLE", "UNDECIDED"]
+    assert frame.attrs["units"]["hinge_offset"] == "R" and frame.attrs["title"] == "a database"
+    assert frame.attrs["long_name"]["advance_ratio"] == "advance ratio"
+    part = db.to_pandas(columns="exponent_1_im", table="points").attrs
+    assert part["long_name"] == {"exponent_1_im": ", imaginary part"} and part["units"] == {"exponent_1_im": "1"}
+    assert len(db.to_pandas("blades > 100")) == 0 and len(db.to_pandas(table="limits")) == 30
+
+
+def test_a_grid_comes_with_its_axes_whatever_the_order_of_its_rows() -> None:
+    rows, table = gridded(GRID, offset_mass_ratio=lambda t: 1.5 * t["hinge_offset"])
+    for columns in (("error_regressing", "verdict"), ("verdict", "lock_number", "advance_ratio", "error_regressing")):
+        data = opened(rows).to_xarray(columns=columns)
+        assert dict(data.sizes) == {name: len(values) for name, values in GRID.items()} and set(data.data_vars) == {
+            "error_regressing", "verdict",
+        }  # fmt: skip
+        for name, values in GRID.items():
+            np.testing.assert_array_equal(data[name], values)
+            assert data[name].attrs == {"units": "1", "long_name": store.POINTS[name].long_name}
+        for name in ("error_regressing", "verdict"):
+            assert data[name].dims == tuple(GRID)
+            np.testing.assert_array_equal(data[name].values.ravel(), table[name])
+        assert float(data["error_regressing"].sel(lock_number=6.0, hinge_offset=0.1, advance_ratio=0.5)) == 14 / 8
+    attrs = data["verdict"].attrs
+    assert attrs["flag_values"].tolist() == [0, 1, 2] and attrs["flag_meanings"] == "STABLE UNSTABLE UNDECIDED"
+    assert attrs["long_name"] == store.POINTS["verdict"].long_name and data.attrs["title"] == "a database"
+
+
+def test_the_axes_are_those_that_vary_among_the_rows_found() -> None:
+    rows, _ = gridded(GRID, offset_mass_ratio=lambda t: 1.5 * t["hinge_offset"])
+    cases: dict[str, tuple[str, ...]] = {
+        "hinge_offset == 0": ("lock_number", "advance_ratio"),
+        "nearest(advance_ratio=0.3)": ("lock_number", "hinge_offset"),
+        "hinge_offset == 0 and lock_number == 9": ("advance_ratio",),
+        "lock_number != 6": tuple(GRID),
+        "lock_number < 9 or advance_ratio > 0.1": ("row",),
+        "error_regressing >= 0.125": ("row",),
+        "lock_number > 99": ("row",),
+    }
+    for text, dims in cases.items():
+        data = opened(rows).to_xarray(text, columns=("error_regressing",), sort="error_regressing")
+        assert data["error_regressing"].dims == dims, text
+    found = opened(rows).query("error_regressing >= 0.125", sort="error_regressing")
+    data = opened(rows).to_xarray("error_regressing >= 0.125", sort="error_regressing")
+    for name, values in found.items():
+        np.testing.assert_array_equal(data[name], values)
+
+
+def test_a_mass_ratio_is_an_axis_only_where_it_is_one() -> None:
+    free, _ = gridded({"hinge_offset": [0.0, 0.1], "offset_mass_ratio": [0.0, 0.1, 0.2], "advance_ratio": [0.0, 0.5]})
+    assert dict(opened(free).to_xarray().sizes) == {"hinge_offset": 2, "offset_mass_ratio": 3, "advance_ratio": 2}
+    bound, _ = gridded(
+        {"hinge_offset": [0.05, 0.1], "static_moment_ratio": [1.0, 1.5, 2.0], "advance_ratio": [0.0, 0.5]},
+        offset_mass_ratio=lambda t: t["hinge_offset"] * t["static_moment_ratio"],
+    )
+    assert dict(opened(bound).to_xarray().sizes) == {"hinge_offset": 2, "static_moment_ratio": 3, "advance_ratio": 2}
+
+
+def test_rotors_that_are_no_grid_have_an_axis_of_their_own() -> None:
+    rows, table = gridded({"lock_number": [4.0, 6.0, 9.0], "advance_ratio": [0.0, 0.5]},
+                          hinge_offset=lambda t: np.where(t["lock_number"] == 6, 0.1, 0.0))  # fmt: skip
+    data = opened(rows).to_xarray()
+    assert dict(data.sizes) == {"rotor": 3, "advance_ratio": 2} and data["rotor"].values.tolist() == [0, 1, 2]
+    np.testing.assert_array_equal(data["error_regressing"].values.ravel(), table["error_regressing"])
+    assert data["rotor_name"].values[:, 0].tolist() == list(NAMES)
+    twins = {name: np.r_[values, values] for name, values in rows.items()} | {
+        "rotor": np.r_[rows["rotor"], rows["rotor"] + 3]
+    }
+    assert dict(opened(twins).to_xarray(columns="verdict").sizes) == {"rotor": 6, "advance_ratio": 2}
+
+
+def test_axes_of_words_have_words() -> None:
+    modes, tolerances = np.meshgrid([0, 1, 3], [0.05, 0.1], indexing="ij")
+    table = {name: np.zeros(6, column.dtype) for name, column in store.LIMITS.items()}
+    table |= {"mode": modes.ravel().astype("i1"), "tolerance": tolerances.ravel(), "limit": np.arange(6) / 4}
+    data = opened(table, "limits").to_xarray(table="limits", columns="limit")
+    words = [store.LIMITS["mode"].flags[i] for i in (0, 1, 3)]  # type: ignore[index]
+    assert data["limit"].dims == ("mode", "tolerance") and data["mode"].values.tolist() == words
+    assert float(data["limit"].sel({"mode": words[2], "tolerance": 0.1})) == 1.25
+
+
+@pytest.mark.parametrize("name", ["pandas", "xarray"])
+def test_a_library_that_is_missing_is_named(db: Database, monkeypatch: pytest.MonkeyPatch, name: str) -> None:
+    monkeypatch.setitem(sys.modules, name, None)
+    with pytest.raises(InputError, match=re.escape(f"to_{name} needs {name}: install floquet-rotor[export]")):
+        getattr(db, f"to_{name}")()
 
 
 def test_the_wrong_option_is_named(db: Database) -> None:

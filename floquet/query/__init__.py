@@ -38,6 +38,7 @@ from typing import Any, Protocol
 import numpy as np
 
 from floquet.errors import DatabaseError, ParameterError, QueryError, did_you_mean
+from floquet.query.frames import axes_columns, library, to_pandas, to_xarray
 from floquet.query.groups import Groups, reductions
 from floquet.query.groups import keys as group_keys
 from floquet.query.intervals import MAX_LENGTH, Interval
@@ -267,6 +268,50 @@ class Database:
         beside the index ``rotor`` (an empty text where a rotor has no name). ``sort`` is stable, with nan last in both
         directions; ``limit`` is the number of rows, after sorting. Memory holds a chunk and the answer.
         """
+        found, wanted = self._rows(expression, table, columns, sort, descending, limit)
+        return {name: found[name] for name in wanted}
+
+    def to_pandas(self, expression: str = "", *, table: str = "points", **options: Any) -> Any:
+        """The answer of ``query``, with its options, as a pandas DataFrame: flags as categories in words.
+
+        ``attrs`` has the file's title, and "units" and "long_name" by column.
+        """
+        library("pandas", "to_pandas")
+        return to_pandas(self.query(expression, table=table, **options), self.columns(table), self.attributes)
+
+    def to_xarray(
+        self,
+        expression: str = "",
+        *,
+        table: str = "points",
+        columns: str | Sequence[str] | None = None,
+        sort: str | None = None,
+        descending: bool = False,
+        limit: int | None = None,
+    ) -> Any:
+        """The answer of ``query`` as an xarray Dataset, each variable with its units and meaning.
+
+        Rows that are every combination of some parameters (and advance ratios; modes, metrics and tolerances of limits)
+        get these as axes, rows of other designs that have the same advance ratios the axes ``rotor`` and
+        ``advance_ratio``, and all others the one dimension ``row``.
+        """
+        library("xarray", "to_xarray")
+        present = self.columns(table)
+        also = axes_columns(present)
+        found, wanted = self._rows(expression, table, columns, sort, descending, limit, also)
+        return to_xarray(found, wanted, present, self.attributes)
+
+    def _rows(
+        self,
+        expression: str,
+        table: str,
+        columns: str | Sequence[str] | None,
+        sort: str | None,
+        descending: bool,
+        limit: int | None,
+        also: Sequence[str] = (),
+    ) -> tuple[Rows, list[str]]:
+        """The rows of a query, and which of their columns were asked for."""
         present = self.columns(table)
         scope = Scope.of(present, self.names, self._reader.left_out(table))
         predicate = self._settled(table, compile_expression(expression, scope))
@@ -274,7 +319,7 @@ class Database:
         wanted = self._wanted(table, columns, present, scope, (*predicate.names, *key))
         limit = _checked_limit(limit)
         best = Best(key[0], bool(descending), limit) if key else None
-        read = [ROTOR if name == ROTOR_NAME else name for name in wanted]
+        read = [ROTOR if name == ROTOR_NAME else name for name in (*wanted, *also)]
         pieces = self._pieces(table, predicate, list(dict.fromkeys([*read, *key])), best, limit)
         if best is None:
             found = _first(pieces, limit)
@@ -282,7 +327,9 @@ class Database:
             for piece in pieces:
                 best.add(piece)
             found = best.result()
-        return {name: self._named(found[ROTOR]) if name == ROTOR_NAME else found[name] for name in wanted}
+        if ROTOR_NAME in wanted:
+            found[ROTOR_NAME] = self._named(found[ROTOR])
+        return found, wanted
 
     def groups(
         self,
