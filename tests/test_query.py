@@ -19,8 +19,11 @@ import pytest
 
 from floquet import query, store
 from floquet.cli import main
+from floquet.comparison import compare
 from floquet.errors import DatabaseError, InputError, ParameterError, QueryError
 from floquet.query import Database, Interval, Predicate, Scope, compile_expression, intervals, language, open_database
+from floquet.rotor import Rotor
+from floquet.study import load_study, run
 
 ROOT = Path(__file__).parents[1]
 
@@ -1060,6 +1063,165 @@ def test_a_library_that_is_missing_is_named(db: Database, monkeypatch: pytest.Mo
         getattr(db, f"to_{name}")()
 
 
+# --- between the rows -------------------------------------------------------------------------------------------------
+
+
+def curves(**changed: Any) -> dict[str, Any]:
+    """Rows of two rotors, shuffled: a rotor in no lock whose columns are cubics of μ, and another one."""
+    mu = np.r_[np.linspace(0, 1, 21), np.linspace(0, 1, 11)]
+    table = {name: np.zeros(32, column.dtype) for name, column in store.POINTS.items()}
+    table |= {"advance_ratio": mu, "rotor": np.r_[np.zeros(21, "i4"), np.ones(11, "i4")], "lock": np.full(32, np.nan)}
+    table |= {"exponent_1": 1 - mu**3 + 2j * mu**2, "exponent_2": np.exp(mu) + 0j, "rotation_number": 0.55 + mu / 3}
+    table |= {"error_regressing": mu**3, "error_coning": 5 * mu**2, "lock_number": np.full(32, 8.1)} | changed
+    order = np.random.default_rng(9).permutation(32)
+    return {name: values[order] for name, values in table.items()}
+
+
+FIRST = slice(0, 21)  # the rows of the first rotor before they are shuffled
+
+
+def test_between_the_rows_is_the_polynomial_of_the_nearest() -> None:
+    """A cubic through four rows and more is exact; through three it is off by what is estimated, within a factor."""
+    names = ("exponent_1", "error_regressing", "error_coning", "exponent_1_im", "lock_number")
+    for count in (4, 5, 6, 12):
+        found = opened(curves()).at("rotor == 0", advance_ratio=0.333, columns=names, rows=count)
+        mu = 0.333
+        expected = (1 - mu**3 + 2j * mu**2, mu**3, 5 * mu**2, 2 * mu**2, 8.1)
+        assert list(found.values) == list(names) == list(found.errors) and len(found.rows) == count
+        for name, value in zip(names, expected, strict=True):
+            assert abs(found.values[name] - value) < 1e-13, name  # rounding of twelve terms with weights below 3
+    three = opened(curves()).at('rotor == "bo 105"', advance_ratio=0.333, columns=names, rows=3)
+    assert np.allclose(three.rows, (0.3, 0.35, 0.4), rtol=1e-15, atol=0) and (three.rotor, three.rotor_name) == (
+        0,
+        "Bo 105",
+    )
+    off = abs(three.values["error_regressing"] - mu**3)
+    assert 1e-5 < off < three.errors["error_regressing"] < 1e-1 and three.errors["lock_number"] == 0.0
+    assert three.values["lock_number"] == 8.1 and isinstance(three.values["exponent_1"], complex)
+
+
+def test_the_error_is_the_larger_of_the_last_two_changes() -> None:
+    found = opened(curves()).at("rotor == 0", advance_ratio=0.333, columns="exponent_2", rows=4)
+    near, mu = np.array([0.35, 0.3, 0.4, 0.25]), 0.333
+    by_fit = [float(np.polyval(np.polyfit(near[:k] - mu, np.exp(near[:k]), k - 1), 0)) for k in (4, 3, 2)]
+    np.testing.assert_allclose(found.rows, (0.25, 0.3, 0.35, 0.4), rtol=1e-15)
+    assert found.values["exponent_2"].real == pytest.approx(by_fit[0], rel=1e-13)
+    assert found.errors["exponent_2"] == pytest.approx(np.abs(np.diff(by_fit)).max(), rel=1e-9)
+    assert abs(found.values["exponent_2"] - np.exp(mu)) < found.errors["exponent_2"] / 10
+    one_less = opened(curves()).at("rotor == 0", advance_ratio=0.333, columns="exponent_2", rows=6)
+    assert abs(one_less.values["exponent_2"] - np.exp(mu)) < 1e-9 < found.errors["exponent_2"]
+
+
+def test_a_row_is_itself_and_all_columns_with_numbers_come_where_none_are_named() -> None:
+    found = opened(curves()).at("rotor == 0", advance_ratio=0.25)
+    assert (
+        found.rows == (0.25,)
+        and found.values["exponent_2"] == complex(np.exp(0.25))
+        and set(found.errors.values()) == {0.0}
+    )
+    numbers = {name for name, column in store.POINTS.items() if column.dtype in ("f8", "c16")}
+    assert set(found.values) == numbers - {"advance_ratio", "lock", "exponent_error", "determinant_defect"}
+    thrice = opened(curves()).at("rotor == 1", advance_ratio=0.3)
+    assert thrice.rows == (3 * 0.1,) != (0.3,) and thrice.errors["exponent_2"] == 0.0
+    off = opened(curves(error_coning=np.where(np.arange(32) == 6, np.nan, 0.0))).at("rotor == 0", advance_ratio=0.333)
+    assert np.isnan(off.values["error_coning"]) and off.errors["error_coning"] == np.inf
+    assert np.isfinite(off.values["error_regressing"]) and set(off.values) == set(found.values)
+
+
+def test_rows_of_another_kind_are_never_taken_and_an_edge_is_refused() -> None:
+    lock = np.full(32, np.nan)
+    lock[8:12] = 1.0  # μ from 0.40 to 0.55
+    step = np.where(np.arange(32) >= 8, 1000.0, 0.0)
+    db = opened(curves(lock=lock, error_regressing=step))
+    names = ("error_regressing",)
+    assert db.at("rotor == 0", advance_ratio=0.34, columns=names).values["error_regressing"] == 0.0
+    inside = db.at("rotor == 0", advance_ratio=0.48, columns=names)
+    np.testing.assert_allclose(inside.rows, (0.4, 0.45, 0.5, 0.55))
+    assert inside.values["error_regressing"] == 1000.0
+    for mu, words in ((0.36, "0.35 and 0.4 (no lock, the lock at 1)"), (0.57, "0.55 and 0.6 (the lock at 1, no lock)")):
+        with pytest.raises(
+            ParameterError, match=re.escape(f"advance_ratio: there is an edge of a lock between the rows {words}")
+        ):
+            db.at("rotor == 0", advance_ratio=mu, columns=names)
+    assert db.at("rotor == 0", advance_ratio=0.4, columns=names).values["error_regressing"] == 1000.0
+
+
+def test_a_lock_that_no_row_is_in_is_refused() -> None:
+    """The rotation number passes 1 between rows 0.45 and 0.5, and no row is locked."""
+    db = opened(curves(rotation_number=np.r_[0.9 + np.linspace(0, 1, 21) / 4.8, np.full(11, 0.7)]))
+    with pytest.raises(
+        ParameterError, match=re.escape("a lock lies between the rows 0.45 and 0.5 (the rotation number")
+    ):
+        db.at("rotor == 0", advance_ratio=0.47, columns="exponent_1")
+    assert max(db.at("rotor == 0", advance_ratio=0.44, columns="exponent_1").rows) == pytest.approx(0.45)
+
+
+@pytest.mark.parametrize("kind", ["rule", "cause"])
+def test_a_kind_that_changes_is_refused_for_the_columns_of_its_mode(kind: str) -> None:
+    changed = np.where(np.arange(32) < 7, 0, 1).astype("i1")  # between 0.3 and 0.35
+    db = opened(curves(**{f"{kind}_regressing": changed}))
+    flags = store.POINTS[f"{kind}_regressing"].flags or {}
+    words = (
+        f"between the rows 0.3 and 0.35 ({kind}_regressing is {flags[0]}, then {flags[1]}); name columns of other modes"
+    )
+    for names in ("error_regressing", "tpp_regressing_1", "frequency_error_regressing", None):
+        if names is None or names in store.POINTS:
+            with pytest.raises(ParameterError, match=re.escape(words)):
+                db.at("rotor == 0", advance_ratio=0.333, columns=names)
+    near = db.at("rotor == 0", advance_ratio=0.333, columns=("error_coning", "exponent_1"))
+    assert min(near.rows) < 0.3 < 0.35 < max(near.rows)
+    assert min(db.at("rotor == 0", advance_ratio=0.36, columns="error_regressing").rows) == pytest.approx(0.35)
+
+
+def test_what_cannot_be_said_between_rows_is_refused() -> None:
+    few = {name: values for name, values in curves().items() if name not in ("lock", "cause_coning")}
+    half = {name: values for name, values in curves().items() if name != "cause_coning"}
+    edges = curves(lock=np.where(np.arange(32) % 3 == 0, 1.0, np.nan))
+    cases: list[tuple[dict[str, Any], dict[str, Any], str]] = [
+        (curves(), {"advance_ratio": 1.01}, "advance_ratio: 1.01 lies outside of the rows, which go from 0 to 1"),
+        (curves(), {"advance_ratio": -0.1}, "-0.1 lies outside"),
+        (curves(), {"advance_ratio": np.nan}, "advance_ratio: nan was given; it must be a finite number"),
+        (curves(), {"advance_ratio": "0.3"}, "advance_ratio: '0.3' was given"),
+        (curves(), {"rows": 2}, "rows: 2 was given; it is a number from 3 to 12"),
+        (curves(), {"rows": 13}, "rows: 13 was given"),
+        (curves(), {"columns": "verdict"}, "columns: verdict holds words, and has no value between rows"),
+        (curves(), {"columns": "panels"}, "columns: panels counts, and has no value between rows"),
+        (curves(), {"columns": "exponent_error"}, "exponent_error is each row's own, and has no value between rows"),
+        (
+            curves(),
+            {"columns": ["exponent_1", "lokc"]},
+            "columns: 'lokc' is no column of this table, did you mean 'lock'?",
+        ),
+        (curves(), {"columns": []}, "columns: no column that is stored here has values between rows"),
+        (half, {"columns": "error_coning"}, "error_coning needs the column cause_coning, which is not stored"),
+        (few, {"columns": "exponent_1"}, "exponent_1 needs the column lock, which is not stored"),
+        (few, {}, "columns: no column that is stored here has values between rows"),
+        (curves(), {"expression": ""}, "expression: 2 rotors have rows for which it holds (0, 1); name one"),
+        (curves(), {"expression": "rotor > 7"}, "expression: it holds for no row; name one"),
+        (edges, {"advance_ratio": 0.22}, "only 2 rows about 0.22 are of its kind (0.2 to 0.25)"),
+    ]
+    for table, options, sentence in cases:
+        with pytest.raises(ParameterError, match=re.escape(sentence)):
+            opened(table).at(**{"expression": "rotor == 0", "advance_ratio": 0.333} | options)
+
+
+def test_between_the_rows_of_a_study_is_what_is_computed_there(tmp_path: Path) -> None:
+    (tmp_path / "one.toml").write_text(
+        "[study]\nname = 'one'\n[rotors]\nlist = [{ lock_number = 8.0 }]\n"
+        "[axes]\nadvance_ratio = { start = 0.0, stop = 0.5, count = 51 }\n"
+    )
+    run(load_study(tmp_path / "one.toml"), tmp_path / "one.h5", workers=1)
+    with open_database(tmp_path / "one.h5") as db:
+        found = db.at(advance_ratio=0.333)
+    there = compare(Rotor(lock_number=8.0), 0.333)
+    for name, exact in {
+        "exponent_1": there.stability.exponents[0],
+        "rotation_number": there.stability.rotation_number,
+        "error_regressing": there["regressing"].error,
+    }.items():
+        assert abs(found.values[name] - exact) < found.errors[name] < 1e-6, name
+
+
 def test_the_wrong_option_is_named(db: Database) -> None:
     cases: list[tuple[dict[str, Any], str]] = [
         ({"table": "point"}, "'point' is no table; this file has points, limits, did you mean 'points'?"),
@@ -1235,7 +1397,8 @@ def test_the_expressions_of_the_page_run_and_find_rows() -> None:
 
 
 def test_the_python_of_the_page_runs(monkeypatch: pytest.MonkeyPatch) -> None:
-    file = FakeFile({"points": points(), "limits": limits()})
+    file = FakeFile({"points": curves(), "limits": limits()})
+    file._columns = {"points": store.POINTS, "limits": LIMITS}  # type: ignore[dict-item]
     monkeypatch.setattr("floquet.open_database", lambda path: Database(path, file))
     scope: dict[str, Any] = {}
     for block in fenced("py"):

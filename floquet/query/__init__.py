@@ -38,6 +38,7 @@ from typing import Any, Protocol
 import numpy as np
 
 from floquet.errors import DatabaseError, ParameterError, QueryError, did_you_mean
+from floquet.query.between import LEAST, MOST, MU, Interpolated, interpolated, kinds, wanted
 from floquet.query.frames import axes_columns, library, to_pandas, to_xarray
 from floquet.query.groups import Groups, reductions
 from floquet.query.groups import keys as group_keys
@@ -376,6 +377,40 @@ class Database:
             found[ROTOR_NAME] = self._named(found[ROTOR])
         return {name: found[name][:limit] for name in names}
 
+    def at(
+        self,
+        expression: str = "",
+        *,
+        advance_ratio: float,
+        columns: str | Sequence[str] | None = None,
+        rows: int = 6,
+    ) -> Interpolated:
+        """Columns of one design at an advance ratio between its rows, each with an estimate of its error.
+
+        ``expression`` must hold for rows of one rotor: ``db.at('rotor == "Lynx"', advance_ratio=0.333)``. The value is
+        that of the polynomial through the ``rows`` (3 to 12) nearest rows, the error the larger of its difference from
+        the one through a row less and of that one's. Without ``columns`` it is all that have numbers. Where an edge of
+        a lock lies between the rows about it, or the kind of a mode's pair changes, it is refused; rows beyond such are
+        not taken.
+        """
+        mu = _checked_mu(advance_ratio)
+        if isinstance(rows, bool) or not isinstance(rows, int | np.integer) or not LEAST <= rows <= MOST:
+            raise ParameterError("rows", rows, f"{short(repr(rows))} was given; it is a number from {LEAST} to {MOST}")
+        present = self.columns()
+        scope = Scope.of(present, self.names, self._reader.left_out("points"))
+        names = wanted([columns] if isinstance(columns, str) else columns, present, scope)
+        if not names:
+            raise ParameterError("columns", columns, "no column that is stored here has values between rows")
+        rotors = self.groups(expression, by=ROTOR)[ROTOR].tolist()
+        if len(rotors) != 1:
+            found = ", ".join(map(str, rotors[:6])) + (", …" if len(rotors) > 6 else "")
+            what = f"{len(rotors)} rotors have rows for which it holds ({found})" if rotors else "it holds for no row"
+            raise ParameterError("expression", expression, f"{what}; name one, as in rotor == 0")
+        watched = kinds(names, present)
+        found_rows = self.query(expression, columns=[ROTOR, MU, *watched, *names])
+        name = str(self._named(found_rows[ROTOR][:1])[0])
+        return interpolated(found_rows, names, watched, present, mu, int(rows), name)
+
     def _wanted(
         self,
         table: str,
@@ -440,6 +475,12 @@ class Database:
         """The names of rotor indices; an index without a name gives an empty string."""
         names = np.array([*self.names, ""], dtype=object)
         return names[np.where((rotor >= 0) & (rotor < len(self.names)), rotor, len(self.names))]
+
+
+def _checked_mu(value: object) -> float:
+    if isinstance(value, bool) or not isinstance(value, int | float | np.number) or not np.isfinite(value):
+        raise ParameterError("advance_ratio", value, f"{short(repr(value))} was given; it must be a finite number")
+    return float(value)
 
 
 def _checked_limit(limit: object) -> int | None:
