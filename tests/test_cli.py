@@ -500,6 +500,25 @@ def test_query_by_groups(run: Floquet, database: str) -> None:
     refused(run("query", database, "--by", "rotor", "--columns", "lock"), "columns:", "--by and --reduce")
 
 
+def test_query_of_several_files(run: Floquet, database: str) -> None:
+    shutil.copy(database, "second.h5")
+    shutil.copy(database, "third")
+    arguments = ("query", database, "second.h5", "third")
+    found = run(*arguments, "advance_ratio > 0.25", "--by", "file,rotor", "--json").json
+    alone = run("query", database, "advance_ratio > 0.25", "--by", "rotor", "--json").json
+    assert [row["file"] for row in found] == [name for name in (database, "second.h5", "third") for _ in alone]
+    assert [(row["rotor_name"], row["count"]) for row in found] == [(r["rotor_name"], r["count"]) for r in alone] * 3
+    table = list(csv.DictReader(io.StringIO(run(*arguments, "--csv").out)))
+    assert len(table) == 3 * 14 and table[14]["file"] == "second.h5" and table[14]["rotor"] == "2"
+    assert run("query", database, "second.h5", 'file == "second.h5" and rotor == 3').out.count("second.h5") == 7
+    refused(run("query", database, "second.h5", "fil == 'second.h5'"), "did you mean 'file'?")
+    refused(run("query", database, database), "is given twice")
+    refused(run("query", database, "none.h5"), "none.h5")
+    refused(run("query", database, "x > 1", "y > 1"), "x > 1")
+    assert run("run", "small.toml", "-o", "few.h5", "--workers", "1", "--columns", "lock").status == 0
+    refused(run("query", database, "few.h5"), "few.h5: its table points and that of small.h5 have different columns")
+
+
 def test_empty_answer_is_an_answer(run: Floquet, database: str) -> None:
     done = run("query", database, "advance_ratio > 5", "--json")
     assert (done.status, done.json) == (0, [])

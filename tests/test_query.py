@@ -21,7 +21,17 @@ from floquet import query, store
 from floquet.cli import main
 from floquet.comparison import compare
 from floquet.errors import DatabaseError, InputError, ParameterError, QueryError
-from floquet.query import Database, Interval, Predicate, Scope, compile_expression, intervals, language, open_database
+from floquet.query import (
+    Database,
+    Interval,
+    Predicate,
+    Scope,
+    compile_expression,
+    intervals,
+    language,
+    open_database,
+    several,
+)
 from floquet.rotor import Rotor
 from floquet.study import load_study, run
 
@@ -1222,6 +1232,133 @@ def test_between_the_rows_of_a_study_is_what_is_computed_there(tmp_path: Path) -
         assert abs(found.values[name] - exact) < found.errors[name] < 1e-6, name
 
 
+# --- several files ----------------------------------------------------------------------------------------------------
+
+
+def three_files(chunk: int = 64) -> tuple[Database, dict[str, Any], list[FakeFile]]:
+    """Three files of 150, 0 and 100 rows with three, two and one rotor; the arrays that they are together."""
+    parts = [points(150), points(0), points(100, seed=4)]
+    parts[2]["rotor"] = np.zeros(100, "i4")
+    names = (NAMES, ("A", "B"), ())
+    files = [FakeFile({"points": part}, name, chunk) for part, name in zip(parts, names, strict=True)]
+    whole = {name: np.concatenate([part[name] for part in parts]) for name in POINTS}
+    whole["file"] = np.repeat([0, 1, 2], [150, 0, 100])
+    whole["rotor"] = whole["rotor"] + np.where(whole["file"] == 2, 5, 0)
+    paths = ["a.h5", "b.h5", "c.h5"]
+    return Database(", ".join(paths), several.Several(paths, files)), whole, files
+
+
+def test_several_files_are_their_rows_after_one_another() -> None:
+    db, whole, _ = three_files()
+    assert db.rows() == 250 and db.names == (*NAMES, "A", "B", "") and list(db.columns())[:2] == ["file", "rotor"]
+    assert db.path == "a.h5, b.h5, c.h5" and db.attributes == {"title": "a database"}
+    assert db.describe()[0] == ("file", "1", "file that the row is from")
+    lock = whole["lock"]
+    for text, rows in {
+        "": np.ones(250, bool),
+        "lock > 0.5": lock > 0.5,
+        'file == "c.h5"': whole["file"] == 2,
+        'file != "C.H5" and lock > 0.5 or rotor == 5 and blades == 3': (whole["file"] == 0) & (lock > 0.5)
+        | (whole["rotor"] == 5) & (whole["blades"] == 3),
+        'rotor == "Lynx"': whole["rotor"] == 1,
+        'file == "b.h5" or rotor == "A"': np.zeros(250, bool),
+        "nearest(lock=0.3)": nearest(lock, 0.3),
+    }.items():
+        found = db.query(text, columns="*")
+        assert list(found) == ["file", *POINTS, "rotor_name"]
+        for name in ("file", *POINTS):
+            np.testing.assert_array_equal(found[name], whole[name][rows], err_msg=text)
+        assert found["rotor"].dtype == np.int32
+        assert found["rotor_name"].tolist() == [db.names[i] for i in whole["rotor"][rows]]
+    order = np.argsort(lock, kind="stable")[:120]
+    np.testing.assert_array_equal(db.query(sort="lock", limit=120, columns="rotor")["rotor"], whole["rotor"][order])
+    assert list(db.query("lock > 1"))[:3] == ["file", "rotor", "rotor_name"]
+    assert db.query(columns="file")["file"].tolist() == whole["file"].tolist()
+
+
+def test_several_files_reduce_and_go_to_pandas_and_xarray() -> None:
+    db, whole, _ = three_files()
+    found = db.groups("blades > 2", by="file", reduce="count, max(blades), first(file)")
+    chosen = whole["blades"] > 2
+    assert found["count"].tolist() == [(chosen & (whole["file"] == i)).sum() for i in (0, 2)]
+    assert found["file"].tolist() == found["first(file)"].tolist() == [0, 2]
+    assert set(db.to_pandas()["file"]) == {"a.h5", "c.h5"}
+    rows, table = gridded(GRID)
+    files = [FakeFile({"points": rows | {"error_regressing": rows["error_regressing"] + add}}) for add in (0, 100)]
+    for file in files:
+        file._columns = dict(store.TABLES)  # type: ignore[assignment]
+    data = Database("x", several.Several(["one.h5", "two.h5"], files)).to_xarray(columns="error_regressing")
+    assert data["error_regressing"].dims == ("file", *GRID) and data["file"].values.tolist() == ["one.h5", "two.h5"]
+    for name, add in (("one.h5", 0), ("two.h5", 100)):
+        np.testing.assert_array_equal(
+            data["error_regressing"].sel(file=name).values.ravel(), table["error_regressing"] + add
+        )
+
+
+def test_chunks_of_several_files_are_skipped_in_the_numbers_of_all() -> None:
+    db, whole, files = three_files(chunk=50)
+    for text, read in {'file == "c.h5"': (0, 2), "rotor > 4": (0, 2), "rotor < 5 and blades > 0": (3, 0)}.items():
+        for file in files:
+            file.read.clear()
+        found = db.query(text, columns="rotor")
+        np.testing.assert_array_equal(found["rotor"], whole["rotor"][whole["file"] == (0 if read[0] else 2)])
+        assert (len({a for a, _ in files[0].read}), len({a for a, _ in files[2].read})) == read, text
+    for file in files:
+        file.read.clear()
+    assert db.query(limit=10)["rotor"].size == 10 and not files[2].read
+    count = several._rotors(files[0])
+    assert count == 3 and [len(file.read) for file in files] == [1, 0, 0]  # ranges say it, and no chunk is read
+
+
+def test_files_that_differ_are_refused() -> None:
+    one, other = FakeFile({"points": points(9)}), FakeFile({"points": points(9), "limits": limits()})
+    with pytest.raises(DatabaseError, match=re.escape("b.h5: its tables are points and limits, those of a.h5 points")):
+        several.Several(["a.h5", "b.h5"], [one, other])
+    fewer = FakeFile({"points": {name: v for name, v in points(9).items() if name not in ("lock", "blades")}})
+    for pair in ([one, fewer], [fewer, one]):
+        with pytest.raises(
+            DatabaseError, match=r"b.h5: its table points and that of a.h5 have different columns .*lock"
+        ):
+            several.Several(["a.h5", "b.h5"], pair)
+    changed = FakeFile({"points": points(9)})
+    changed._columns = {"points": POINTS | {"lock": Column(units="Hz"), "verdict": Column("i1", flags={0: "A"})}}
+    with pytest.raises(DatabaseError, match=re.escape("have different columns (lock, verdict)")):
+        several.Several(["a.h5", "b.h5"], [one, changed])
+
+
+def test_several_files_are_opened_and_closed(
+    stored: tuple[Path, dict[str, Any], dict[str, Any]], tmp_path: Path
+) -> None:
+    path, table, some = stored
+    second = tmp_path / "second.h5"
+    store.write(
+        second, {"points": {n: v[:20_000] for n, v in table.items()}, "limits": some}, {"title": "b", "study_id": "1"}
+    )
+    with open_database([path, str(second)]) as db:
+        assert db.rows() == 60_000 and db.names == (*NAMES, "", "", "") and db.attributes["title"] == "a test; b"
+        assert "study_id" not in db.attributes and "schema_version" in db.attributes
+        found = db.query("0.3 < advance_ratio < 0.45", columns=("advance_ratio", "file", "rotor"))
+        for number, of in ((0, 40_000), (1, 20_000)):
+            rows = (table["advance_ratio"][:of] > 0.3) & (table["advance_ratio"][:of] < 0.45)
+            here = found["file"] == number
+            np.testing.assert_array_equal(found["advance_ratio"][here], table["advance_ratio"][:of][rows])
+            np.testing.assert_array_equal(found["rotor"][here], table["rotor"][:of][rows] + 3 * number)
+        assert db.groups(by="file", table="limits")["count"].tolist() == [50, 50]
+        assert db.query("lock == 7", columns="file", table="points")["file"].size == 0
+    with pytest.raises(DatabaseError, match="closed"):
+        db.rows()
+    with open_database([path]) as db:
+        assert set(db.query(limit=3)["file"]) == {0}
+    for wrong, sentence in (
+        ([path, path], "is given twice"),
+        ([path, 3], "3 was given; it must be the name of a file"),
+    ):
+        with pytest.raises(ParameterError, match=re.escape(sentence)):
+            open_database(wrong)  # type: ignore[arg-type]
+    with pytest.raises(DatabaseError, match=r"none\.h5"):
+        open_database([path, tmp_path / "none.h5"])
+
+
 def test_the_wrong_option_is_named(db: Database) -> None:
     cases: list[tuple[dict[str, Any], str]] = [
         ({"table": "point"}, "'point' is no table; this file has points, limits, did you mean 'points'?"),
@@ -1396,19 +1533,24 @@ def test_the_expressions_of_the_page_run_and_find_rows() -> None:
         assert len(found["rotor"]) > 0, line
 
 
+def as_asked(path: Any, file: FakeFile) -> Any:
+    return file if isinstance(path, str) else several.Several(path, [file] * len(path))
+
+
 def test_the_python_of_the_page_runs(monkeypatch: pytest.MonkeyPatch) -> None:
     file = FakeFile({"points": curves(), "limits": limits()})
     file._columns = {"points": store.POINTS, "limits": LIMITS}  # type: ignore[dict-item]
-    monkeypatch.setattr("floquet.open_database", lambda path: Database(path, file))
+    monkeypatch.setattr("floquet.open_database", lambda path: Database(str(path), as_asked(path, file)))
     scope: dict[str, Any] = {}
     for block in fenced("py"):
         exec(block, scope)
+    assert scope["both"]["file"].size > 0 and set(scope["both"]["file"]) == {1}
     assert scope["least"]["count"].sum() == (limits()["mode"] == 0).sum()
 
 
 def test_the_commands_of_the_page_run(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
     file = FakeFile({"points": points(), "limits": limits()})
-    monkeypatch.setattr("floquet.query.open_database", lambda path: Database(path, file))
+    monkeypatch.setattr("floquet.query.open_database", lambda path: Database(str(path), as_asked(path, file)))
     commands = [shlex.split(line) for block in fenced("sh") for line in block.splitlines()]
     assert len(commands) >= 5
     for program, *arguments in commands:

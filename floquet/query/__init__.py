@@ -28,22 +28,23 @@ widened by 1e-12.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import ExitStack
 from functools import cached_property
 from pathlib import Path
 from types import TracebackType
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 
-from floquet.errors import DatabaseError, ParameterError, QueryError, did_you_mean
+from floquet.errors import DatabaseError, ParameterError, QueryError, did_you_mean, file_name
 from floquet.query.between import LEAST, MOST, MU, Interpolated, interpolated, kinds, wanted
 from floquet.query.frames import axes_columns, library, to_pandas, to_xarray
 from floquet.query.groups import Groups, reductions
 from floquet.query.groups import keys as group_keys
 from floquet.query.intervals import MAX_LENGTH, Interval
 from floquet.query.language import (
+    FILE,
     MAX_DEPTH,
     ROTOR,
     ROTOR_NAME,
@@ -55,6 +56,7 @@ from floquet.query.language import (
     compile_expression,
     short,
 )
+from floquet.query.several import Reader, Several, check_once
 
 __all__ = [
     "Database",
@@ -66,28 +68,6 @@ __all__ = [
     "Scope",
     "compile_expression",
 ]
-
-
-class Reader(Protocol):
-    """What a query needs of an open file; ``floquet.store.open_file`` gives it."""
-
-    @property
-    def names(self) -> Sequence[str]: ...
-    @property
-    def attributes(self) -> Mapping[str, Any]: ...
-    @property
-    def tables(self) -> Sequence[str]: ...
-    def columns(self, table: str) -> Mapping[str, Any]: ...
-    def left_out(self, table: str) -> Iterable[str]: ...
-    def rows(self, table: str) -> int: ...
-    def chunks(
-        self,
-        table: str,
-        columns: Sequence[str],
-        start: int = 0,
-        stop: int | None = None,
-        skip: Callable[[Mapping[str, Any], Mapping[str, Any]], bool] | None = None,
-    ) -> Iterator[tuple[int, Rows]]: ...
 
 
 DEFAULT_COLUMNS = {
@@ -421,7 +401,7 @@ class Database:
     ) -> list[str]:
         named = (ROTOR_NAME,) if ROTOR in present else ()
         if columns is None:
-            short = [*DEFAULT_COLUMNS.get(table, present), *used]
+            short = [FILE, *DEFAULT_COLUMNS.get(table, present), *used]
             known = {*present, *(named if self.names else ())}
             return list(dict.fromkeys(name for name in short if name in known or name in used))
         wanted: dict[str, None] = {}
@@ -491,9 +471,19 @@ def _checked_limit(limit: object) -> int | None:
     return int(limit)
 
 
-def open_database(path: str | Path) -> Database:
-    """Open a database for reading; close it, or use it in a ``with`` statement."""
+def open_database(path: str | Path | Sequence[str | Path]) -> Database:
+    """Open a database for reading; close it, or use it in a ``with`` statement.
+
+    Several files, which must have the same columns, are one database with a column ``file`` of their names as given;
+    the rotors of each are numbered on from those of the one before.
+    """
     from floquet import store
 
     closing = ExitStack()
-    return Database(path, closing.enter_context(store.open_file(path)), closing)
+    if isinstance(path, str | Path) or not isinstance(path, Sequence) or not path:
+        return Database(path, closing.enter_context(store.open_file(path)), closing)  # type: ignore[arg-type]
+    paths = [str(file_name(one)) for one in path]
+    check_once(paths)
+    with closing:
+        readers = [closing.enter_context(store.open_file(one)) for one in paths]
+        return Database(", ".join(paths), Several(paths, readers), closing.pop_all())

@@ -6,7 +6,8 @@ tolerance. Those that vary among the rows are the axes, if the rows are every co
     rows = Π sizes        index = ravel(place of each row's value on each axis), all different
 
 ``offset_mass_ratio`` is one only where the others do not determine it (left out, it is ε s). Rows of designs that are
-no grid have the axes ``rotor`` and the others, if each rotor has the same; failing that, the one dimension ``row``.
+no grid have the axes ``rotor`` and the others, if each rotor has the same; failing that, the one dimension ``row``. Of
+several files that have the same grid, ``file`` is the first axis.
 """
 
 from __future__ import annotations
@@ -19,7 +20,7 @@ from typing import Any
 import numpy as np
 
 from floquet.errors import InputError
-from floquet.query.language import ROTOR, ROTOR_NAME, Array, Column, Rows
+from floquet.query.language import FILE, ROTOR, ROTOR_NAME, Array, Column, Rows
 from floquet.rotor import PARAMETERS
 
 ROW = "row"
@@ -39,7 +40,7 @@ def library(name: str, method: str) -> Any:
 
 def axes_columns(present: Mapping[str, Column]) -> list[str]:
     """The columns that decide about axes."""
-    return [name for name in (ROTOR, *DESIGN, DERIVED, *OTHERS) if name in present]
+    return [name for name in (ROTOR, FILE, *DESIGN, DERIVED, *OTHERS) if name in present]
 
 
 def axes(rows: Rows) -> tuple[str, ...]:
@@ -50,7 +51,8 @@ def axes(rows: Rows) -> tuple[str, ...]:
     others = [name for name in varying if name in OTHERS]
     design = [name for name in varying if name in DESIGN]
     derived = [DERIVED] if DERIVED in varying else []
-    for names in (design, [*design, *derived], [ROTOR]):
+    files = [FILE] if FILE in varying else []
+    for names in ([*files, *design], [*files, *design, *derived], design, [*design, *derived], [ROTOR]):
         chosen = tuple(name for name in (*names, *others) if name in rows)
         if chosen and _is_grid(rows, chosen) and (names == [ROTOR] or _determined(rows, names, derived)):
             return chosen

@@ -160,7 +160,7 @@ class Scope:
 
 
 LEFT_OUT = "[output] columns of its study leaves it out, so add it there and run the study again"
-ROTOR, ROTOR_NAME = "rotor", "rotor_name"
+ROTOR, ROTOR_NAME, FILE = "rotor", "rotor_name", "file"
 NEAREST = "nearest"
 _AS_IN_NEAREST = "as in nearest(advance_ratio=0.35)"
 KEYWORDS = ("and", "or", "not", "in")
