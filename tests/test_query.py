@@ -800,6 +800,16 @@ def test_nearest_to_a_node_reads_the_chunks_about_it_and_two_passes_only_the_col
     assert second == [(49 * 64, ("advance_ratio",)), (49 * 64, ("lock",))]
 
 
+def test_the_first_pass_skips_a_chunk_only_if_it_is_far_from_every_number() -> None:
+    table = points(640) | {"advance_ratio": np.linspace(0, 1, 640), "lock": np.linspace(1, 0, 640)}
+    found = Database("x", FakeFile({"points": table})).query(
+        "nearest(advance_ratio=0.1, lock=0.1) or nearest(lock=0.2)"
+    )
+    np.testing.assert_array_equal(found["lock"], table["lock"][nearest(table["lock"], 0.2)])
+    found = Database("x", FakeFile({"points": table})).query("nearest(advance_ratio=0.1, lock=0.9001)")
+    np.testing.assert_array_equal(found["advance_ratio"], table["advance_ratio"][nearest(table["lock"], 0.9001)])
+
+
 def test_nothing_is_nearest_where_nothing_is_finite() -> None:
     table = points(200) | {"lock": np.r_[np.full(100, np.nan), np.full(100, np.inf)]}
     db = Database("x", FakeFile({"points": table}))
@@ -885,6 +895,14 @@ def test_no_key_is_one_group_and_no_row_is_none(db: Database) -> None:
         found = db.groups("blades > 100", by=by, reduce="first(exponent_1), min(blades), mean(lock), count")
         assert [v.size for v in found.values()] == [0] * len(found)
         assert [v.dtype for v in found.values()][-4:] == [complex, np.int16, float, np.int64]
+
+
+def test_nan_is_one_group_whatever_its_bits_and_so_is_zero() -> None:
+    table = points(128) | {"lock": np.r_[np.full(64, np.nan), -np.full(64, np.nan)]}
+    table["lock_number"] = np.r_[np.full(64, 0.0), np.full(64, -0.0)]
+    assert len({bytes(v.tobytes()) for v in table["lock"]}) == 2
+    for by in ("lock", "lock_number"):
+        assert Database("x", FakeFile({"points": table})).groups(by=by)["count"].tolist() == [128]
 
 
 def test_groups_are_sorted_stably_and_limited(db: Database) -> None:
@@ -1156,9 +1174,10 @@ def test_rows_of_another_kind_are_never_taken_and_an_edge_is_refused() -> None:
     assert db.at("rotor == 0", advance_ratio=0.4, columns=names).values["error_regressing"] == 1000.0
 
 
-def test_a_lock_that_no_row_is_in_is_refused() -> None:
-    """The rotation number passes 1 between rows 0.45 and 0.5, and no row is locked."""
-    db = opened(curves(rotation_number=np.r_[0.9 + np.linspace(0, 1, 21) / 4.8, np.full(11, 0.7)]))
+@pytest.mark.parametrize("at", [1.0, 0.5, 1.5])
+def test_a_lock_that_no_row_is_in_is_refused(at: float) -> None:
+    """The rotation number passes a multiple of ½ between rows 0.45 and 0.5, and no row is locked."""
+    db = opened(curves(rotation_number=np.r_[at - 0.1 + np.linspace(0, 1, 21) / 4.8, np.full(11, 0.7)]))
     with pytest.raises(
         ParameterError, match=re.escape("a lock lies between the rows 0.45 and 0.5 (the rotation number")
     ):
@@ -1303,6 +1322,11 @@ def test_chunks_of_several_files_are_skipped_in_the_numbers_of_all() -> None:
         found = db.query(text, columns="rotor")
         np.testing.assert_array_equal(found["rotor"], whole["rotor"][whole["file"] == (0 if read[0] else 2)])
         assert (len({a for a, _ in files[0].read}), len({a for a, _ in files[2].read})) == read, text
+    for file in files:
+        file.read.clear()
+    assert db.query(limit=10)["rotor"].size == 10 and not files[2].read
+    parts = list(db._reader.chunks("points", ["file", "rotor"], 140, 170))
+    assert [(first, len(part["file"])) for first, part in parts] == [(140, 10), (150, 20)]
     for file in files:
         file.read.clear()
     assert db.query(limit=10)["rotor"].size == 10 and not files[2].read

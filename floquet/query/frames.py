@@ -54,7 +54,7 @@ def axes(rows: Rows) -> tuple[str, ...]:
     files = [FILE] if FILE in varying else []
     for names in ([*files, *design], [*files, *design, *derived], design, [*design, *derived], [ROTOR]):
         chosen = tuple(name for name in (*names, *others) if name in rows)
-        if chosen and _is_grid(rows, chosen) and (names == [ROTOR] or _determined(rows, names, derived)):
+        if chosen and _is_grid(rows, chosen):
             return chosen
     return ()
 
@@ -69,17 +69,6 @@ def _places(rows: Rows, names: Sequence[str]) -> tuple[tuple[int, ...], Array]:
 def _is_grid(rows: Rows, names: Sequence[str]) -> bool:
     shape, index = _places(rows, names)
     return index.size > 0 and np.unique(index).size == math.prod(shape)
-
-
-def _determined(rows: Rows, names: Sequence[str], derived: Sequence[str]) -> bool:
-    """Has every combination of the named columns one value of those that are derived?"""
-    if not derived or derived[0] in names:
-        return True
-    if not names:
-        return False
-    of = np.unique(np.stack([rows[name].astype(float) for name in names]), axis=1, return_inverse=True)[1].reshape(-1)
-    both = np.stack([of, rows[derived[0]]])
-    return np.unique(both, axis=1).shape[1] == of.max() + 1
 
 
 def to_pandas(found: Rows, columns: Mapping[str, Column], attributes: Mapping[str, Any]) -> Any:

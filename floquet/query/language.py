@@ -436,7 +436,7 @@ class Predicate:
         if self.node is None:
             return False
         ranges = {name: self.scope.number(name, minima.get(name), maxima.get(name)) for name in self.names}
-        points = {name: Interval(value, value) if value == value else UNKNOWN for name, value in self.found.items()}
+        points = {name: Interval(value, value) for name, value in self.found.items()}  # nan equals nothing here, too
         with np.errstate(all="ignore"):
             return self.node.bounds(ranges | points).high < 1
 
