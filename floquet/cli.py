@@ -475,28 +475,52 @@ def export(database: str, output: str, table: str) -> None:
 
 
 @command.command()
-@click.argument("database")
-@click.argument("expression", default="")
+@click.argument("words", nargs=-1, required=True, metavar="DATABASE... [EXPRESSION]")
 @table_flag
 @click.option("--columns", multiple=True, help="Columns, separated by commas; '*' is all (left out: a short list).")
+@click.option("--by", multiple=True, help="One row for each value of these columns, separated by commas.")
+@click.option(
+    "--reduce",
+    "reduced",
+    multiple=True,
+    help="What a group is reduced to, separated by commas: min(limit), max(…), mean(…), first(…), count (left out).",
+)
 @click.option("--sort", help="Column to sort by.")
 @click.option("--descending", is_flag=True, help="Largest first.")
 @click.option("--limit", type=int, help="Number of rows.")
 @output_flags
-def query(database: str, style: str | None, columns: tuple[str, ...], **choice: Any) -> None:
+def query(
+    words: tuple[str, ...], style: str | None, columns: tuple[str, ...], by: tuple[str, ...], reduced: tuple[str, ...],
+    **choice: Any,
+) -> None:  # fmt: skip
     """Rows of a database for which an expression holds.
 
-    The EXPRESSION is a comparison of columns, such as 'advance_ratio > 0.3 and lock_number < 6'.
+    The EXPRESSION is a comparison of columns, such as 'advance_ratio > 0.3 and lock_number < 6'.  With --by and
+    --reduce the rows are counted, or reduced to their least, largest, mean or first values, group by group.  Several
+    databases with the same columns are asked as one, which has a column file.
     """
     from floquet import report
     from floquet.query import open_database
+    from floquet.query.groups import described
 
+    if columns and (by or reduced):
+        raise ParameterError("columns", columns, "it names columns of rows, and --by and --reduce those of groups")
     wanted = separated(columns)
-    with open_database(database) as opened:
-        found = opened.query(choice.pop("expression"), columns=wanted or None, **choice)
-        records = report.records(found, opened.columns(choice["table"]))
+    files, expression = files_and_expression(words)
+    with open_database(files[0] if len(files) == 1 else files) as opened:
+        if by or reduced:
+            found = opened.groups(expression, by=by or None, reduce=reduced or "count", **choice)
+        else:
+            found = opened.query(expression, columns=wanted or None, **choice)
+        records = report.records(found, described(opened.columns(choice["table"]), list(found)))
     text = functools.partial(report.table, list(found), [list(record.values()) for record in records])
     show(style, records, text, names=report.header(found))
+
+
+def files_and_expression(words: Sequence[str]) -> tuple[list[str], str]:
+    """Databases, and after them an expression, unless the last word is a file or called like one."""
+    *files, last = words
+    return (files, last) if files and not (last.endswith(".h5") or os.path.isfile(last)) else ([*files, last], "")
 
 
 @command.command()

@@ -480,6 +480,45 @@ def test_query(run: Floquet, database: str) -> None:
     assert len(table) == 14 and table[0]["cause"] == "DRIFT" and table[0]["rotor_name"] == "soft"
 
 
+def test_query_by_groups(run: Floquet, database: str) -> None:
+    limits = run("query", database, "--table", "limits", "--columns", "rotor_name,mode,limit", "--json").json
+    arguments = ("query", database, "--table", "limits", "--by", "rotor,mode", "--reduce", "min(limit), count")
+    found = run(*arguments, "--json").json
+    for row in found:
+        of = [one["limit"] for one in limits if (one["rotor_name"], one["mode"]) == (row["rotor_name"], row["mode"])]
+        finite = [limit for limit in of if isinstance(limit, float)]
+        assert row["count"] == len(of) and row["min(limit)"] == (min(finite) if finite else of[0])
+    assert len(found) == len({(one["rotor_name"], one["mode"]) for one in limits}) > 3
+    table = list(csv.DictReader(io.StringIO(run(*arguments, "--csv").out)))
+    assert [row["mode"] for row in table] == [row["mode"] for row in found]
+    text = run("query", database, "--by", "rotor", "--reduce", "count", "--reduce", "first(verdict)").out
+    assert [line.split() for line in text.splitlines()[::2]] == [
+        ["rotor", "rotor_name", "count", "first(verdict)"],
+        ["0", "soft", "7", "STABLE"],
+    ]
+    refused(run("query", database, "--by", "lock_numbr"), "by: 'lock_numbr'", "did you mean 'lock_number'?")
+    refused(run("query", database, "--by", "rotor", "--columns", "lock"), "columns:", "--by and --reduce")
+
+
+def test_query_of_several_files(run: Floquet, database: str) -> None:
+    shutil.copy(database, "second.h5")
+    shutil.copy(database, "third")
+    arguments = ("query", database, "second.h5", "third")
+    found = run(*arguments, "advance_ratio > 0.25", "--by", "file,rotor", "--json").json
+    alone = run("query", database, "advance_ratio > 0.25", "--by", "rotor", "--json").json
+    assert [row["file"] for row in found] == [name for name in (database, "second.h5", "third") for _ in alone]
+    assert [(row["rotor_name"], row["count"]) for row in found] == [(r["rotor_name"], r["count"]) for r in alone] * 3
+    table = list(csv.DictReader(io.StringIO(run(*arguments, "--csv").out)))
+    assert len(table) == 3 * 14 and table[14]["file"] == "second.h5" and table[14]["rotor"] == "2"
+    assert run("query", database, "second.h5", 'file == "second.h5" and rotor == 3').out.count("second.h5") == 7
+    refused(run("query", database, "second.h5", "fil == 'second.h5'"), "did you mean 'file'?")
+    refused(run("query", database, database), "is given twice")
+    refused(run("query", database, "none.h5"), "none.h5")
+    refused(run("query", database, "x > 1", "y > 1"), "x > 1")
+    assert run("run", "small.toml", "-o", "few.h5", "--workers", "1", "--columns", "lock").status == 0
+    refused(run("query", database, "few.h5"), "few.h5: its table points and that of small.h5 have different columns")
+
+
 def test_empty_answer_is_an_answer(run: Floquet, database: str) -> None:
     done = run("query", database, "advance_ratio > 5", "--json")
     assert (done.status, done.json) == (0, [])

@@ -18,8 +18,22 @@ import numpy as np
 import pytest
 
 from floquet import query, store
-from floquet.errors import DatabaseError, ParameterError, QueryError
-from floquet.query import Database, Interval, Predicate, Scope, compile_expression, intervals, language, open_database
+from floquet.cli import main
+from floquet.comparison import compare
+from floquet.errors import DatabaseError, InputError, ParameterError, QueryError
+from floquet.query import (
+    Database,
+    Interval,
+    Predicate,
+    Scope,
+    compile_expression,
+    intervals,
+    language,
+    open_database,
+    several,
+)
+from floquet.rotor import Rotor
+from floquet.study import load_study, run
 
 ROOT = Path(__file__).parents[1]
 
@@ -403,6 +417,24 @@ REFUSED = [
     ("1.2.3 > lock", 4, "'.3' follows without an operator"),
     ("0x10 > lock", 2, "'x10' follows without an operator"),
     ("lock > 1; blades > 2", 9, "';' is not part of the language"),
+    ("nearest > 1", 1, "nearest is a function; write nearest(…)"),
+    ("nearest()", 1, "nearest takes columns with their numbers, as in nearest(advance_ratio=0.35)"),
+    ("nearest(lock, 0.3)", 1, "nearest takes columns with their numbers"),
+    ("nearest(lock == 0.3)", 1, "nearest takes columns with their numbers"),
+    ("abs(lock=0.3) > 1", 1, "only nearest takes columns with their numbers"),
+    ("nearest(lock=0.3, 2)", 19, "'2' follows without an operator"),
+    ("nearest(lokc=0.3)", 9, "did you mean 'lock'?"),
+    ("nearest(exponent_1=0.3)", 9, "exponent_1 is complex"),
+    ("nearest(verdict='STABLE')", 9, "verdict holds words, and nearest is of numbers; compare words, as in verdict =="),
+    ("nearest(rotor='Lynx')", 15, "a word in quotes stands where a number is needed"),
+    ("nearest(inf=3)", 9, "inf is no column"),
+    ("nearest(lock=blades)", 14, "lock is held against a number"),
+    ("nearest(lock=-inf)", 14, "nothing is near -inf; give a finite number"),
+    ("nearest(lock=0/0)", 14, "nothing is near nan"),
+    ("nearest(lock=0.3, blades=2, lock=0.4)", 29, "nearest is given lock twice"),
+    ("nearest(lock=0.3) > 1", 9, "a comparison stands where a number is needed"),
+    ("nearest(lock=)", 14, "')' stands where"),
+    ("nearest(1=lock)", 10, "'=' is not part of the language"),
     ("1e999 > lock", 1, "1e999 is beyond the largest number"),
     ("9" * 5000 + " > lock", 1, "is beyond the largest number"),
     ("(" * 10_000, 65, "parentheses are nested more than 64 deep"),
@@ -474,6 +506,7 @@ def test_random_text_gives_an_answer_or_a_query_error() -> None:
         "( ) ( ) and or not in < <= == != > >= + - * / ** , . & | = ! ' \" ; [ ] { } : @ \\ % # $ 1 0.5 1e9 1e-400 "
         "1e400 lock blades verdict rotor exponent_1 exponent_1_re 'LOCK' 'STABLE' \"Lynx\" abs min isnan sqrt inf nan "
         "__import__ eval exec lambda None True \n \t \0 é ∞ 🚁 \u202e"
+        " nearest = lock= nearest(lock="
     ).split(" ")
     letters = "()'\"<>=!&|+-*/., abcelkox0129_\n\té\0"
     good = list(expressions(100, seed=5))
@@ -721,6 +754,635 @@ def test_memory_is_that_of_a_chunk_and_the_answer() -> None:
     np.testing.assert_array_equal(found["lock"], np.sort(np.sin(np.arange(2_000_000)))[:10])
 
 
+# --- nearest ----------------------------------------------------------------------------------------------------------
+
+
+def nearest(values: Any, number: float) -> Any:
+    """Row by row, in Python: the finite value at the least distance, and of two of them the smaller."""
+    best = min((v for v in values.tolist() if np.isfinite(v)), key=lambda v: (abs(v - number), v))
+    return values == best
+
+
+@pytest.mark.parametrize("number", [-9.0, -0.375, -0.3, 0.0, 0.1, 0.125, 0.3, 1.9, 1e300])
+def test_nearest_is_of_all_rows_column_by_column(db: Database, number: float) -> None:
+    table = points()
+    near, blades = nearest(table["lock"], number), nearest(table["blades"].astype(float), 3.4)
+    for text, expected in {
+        f"nearest(lock={number!r})": near,
+        f"nearest(lock = {number!r}, blades=17/5,)": near & blades,
+        f"not nearest(lock={number!r}) and blades > 2": ~near & (table["blades"] > 2),
+        f"lock_number < 0 or nearest(lock={number!r}) or nearest(lock=2)": near
+        | (table["lock"] == 2)
+        | (table["lock_number"] < 0),
+    }.items():
+        assert expected.any() and not expected.all()
+        np.testing.assert_array_equal(db.query(text, columns="error_coning")["error_coning"],
+                                      table["error_coning"][expected], err_msg=text)  # fmt: skip
+
+
+def test_nearest_does_not_depend_on_the_other_conditions_nor_on_what_is_sorted(db: Database) -> None:
+    assert db.query("nearest(advance_ratio=0.26) and advance_ratio > 0.26")["rotor"].size == 0
+    found = db.query("nearest(advance_ratio=0.26)", sort="lock", limit=3, columns=("lock", "advance_ratio"))
+    lock = points()["lock"][points()["advance_ratio"] == 0.25]
+    np.testing.assert_array_equal(found["lock"], np.sort(lock)[:3])
+    assert list(db.query("nearest(exponent_1_re=-1)"))[-1] == "exponent_1_re"
+
+
+def test_nearest_to_a_node_reads_the_chunks_about_it_and_two_passes_only_the_columns_they_need() -> None:
+    table = points(6400) | {"advance_ratio": np.linspace(0, 1, 101).repeat(64)[:6400]}
+    file = FakeFile({"points": table})
+    found = Database("x", file).query("nearest(advance_ratio=0.4949)", columns=("lock",))
+    np.testing.assert_array_equal(found["lock"], table["lock"][49 * 64 : 50 * 64])
+    first, second = file.read[:-2], file.read[-2:]
+    assert [start // 64 for start, _ in first] == list(range(50)) and {names for _, names in first} == {
+        ("advance_ratio",)
+    }
+    assert second == [(49 * 64, ("advance_ratio",)), (49 * 64, ("lock",))]
+
+
+def test_the_first_pass_skips_a_chunk_only_if_it_is_far_from_every_number() -> None:
+    table = points(640) | {"advance_ratio": np.linspace(0, 1, 640), "lock": np.linspace(1, 0, 640)}
+    found = Database("x", FakeFile({"points": table})).query(
+        "nearest(advance_ratio=0.1, lock=0.1) or nearest(lock=0.2)"
+    )
+    np.testing.assert_array_equal(found["lock"], table["lock"][nearest(table["lock"], 0.2)])
+    found = Database("x", FakeFile({"points": table})).query("nearest(advance_ratio=0.1, lock=0.9001)")
+    np.testing.assert_array_equal(found["advance_ratio"], table["advance_ratio"][nearest(table["lock"], 0.9001)])
+
+
+def test_nothing_is_nearest_where_nothing_is_finite() -> None:
+    table = points(200) | {"lock": np.r_[np.full(100, np.nan), np.full(100, np.inf)]}
+    db = Database("x", FakeFile({"points": table}))
+    assert db.query("nearest(lock=1)")["rotor"].size == 0
+    assert db.query("not nearest(lock=1)")["rotor"].size == 200
+    assert Database("x", FakeFile({"points": points(0)})).query("nearest(lock=1)")["rotor"].size == 0
+
+
+def test_nearest_in_a_file(stored: tuple[Path, dict[str, Any], dict[str, Any]]) -> None:
+    path, table, some = stored
+    with open_database(path) as db:
+        found = db.query("nearest(advance_ratio=0.70001, rotor=2.2)", columns=("advance_ratio", "rotor"))
+        np.testing.assert_array_equal(
+            found["advance_ratio"], table["advance_ratio"][nearest(table["advance_ratio"], 0.70001)]
+        )
+        chosen = nearest(some["limit"], 3.3) & (some["mode"] == 0)
+        np.testing.assert_array_equal(
+            db.limits("nearest(limit=3.3) and mode == 'regressing'")["rotor"], some["rotor"][chosen]
+        )
+
+
+# --- groups -----------------------------------------------------------------------------------------------------------
+
+
+def grouped(rows: list[int], table: dict[str, Any], by: tuple[str, ...]) -> dict[tuple[float, ...], list[int]]:
+    """Row numbers by the values of their keys, in Python: −0 is 0, nan (as a text) is one value and comes last."""
+    met: dict[tuple[Any, ...], list[int]] = {}
+    for i in rows:
+        values = [float(table[name][i]) for name in by]
+        met.setdefault(tuple((v != v, 0.0 if v != v else v + 0.0) for v in values), []).append(i)
+    return dict(sorted(met.items()))
+
+
+REDUCE = {
+    "min(error_coning)": lambda t, r: min((v for v in t["error_coning"][r] if v == v), default=np.nan),
+    "max(blades)": lambda t, r: max(t["blades"][r]),
+    "mean(hinge_offset)": lambda t, r: _mean([v for v in t["hinge_offset"][r] if v == v]),
+    "mean(blades)": lambda t, r: _mean(t["blades"][r].tolist()),
+    "count": lambda t, r: len(r),
+    "count(lock)": lambda t, r: sum(v == v for v in t["lock"][r]),
+    "first(lock)": lambda t, r: t["lock"][r[0]],
+    "first(exponent_1)": lambda t, r: t["exponent_1"][r[0]],
+    "first(verdict)": lambda t, r: t["verdict"][r[0]],
+    "max(exponent_1_im)": lambda t, r: max(t["exponent_1"][r].imag),
+}
+
+
+def _mean(values: list[float]) -> float:
+    return float(np.float64(sum(values)) / len(values)) if values else np.nan
+
+
+@pytest.mark.parametrize(
+    "by", [("lock_number",), ("verdict", "lock"), ("blades", "advance_ratio", "exponent_1_im"), ("rotor",)]
+)
+@pytest.mark.parametrize("text", ["", "blades != 3 and nearest(rotor=0.6)", "lock > 0.5"])
+def test_groups_are_those_of_a_dictionary_of_rows(db: Database, by: tuple[str, ...], text: str) -> None:
+    """Chunks of 64 rows, so that nearly every group has rows of several; eighths and quarters sum without rounding."""
+    table = with_parts(points())
+    chosen = {"": np.ones(400, bool), "lock > 0.5": table["lock"] > 0.5}.get(
+        text, (table["blades"] != 3) & (table["rotor"] == 1)
+    )
+    with np.errstate(all="ignore"):
+        expected = grouped(np.flatnonzero(chosen).tolist(), table, by)
+        found = db.groups(text, by=by, reduce=", ".join(REDUCE))
+        assert list(found) == [*by, *(("rotor_name",) if by == ("rotor",) else ()), *REDUCE]
+        assert len(expected) >= (1 if by == ("rotor",) else 3)
+        for i, name in enumerate(by):
+            np.testing.assert_array_equal(found[name], [np.nan if key[i][0] else key[i][1] for key in expected])
+            assert found[name].dtype == (float if name == "exponent_1_im" else np.dtype(POINTS[name].dtype))
+        for name, reduction in REDUCE.items():
+            np.testing.assert_array_equal(found[name], [reduction(table, r) for r in expected.values()], err_msg=name)
+    kinds = {name: found[name].dtype.kind for name in ("max(blades)", "mean(blades)", "count", "first(verdict)")}
+    assert list(kinds.values()) == ["i", "f", "i", "i"]
+
+
+def test_no_key_is_one_group_and_no_row_is_none(db: Database) -> None:
+    found = db.groups(reduce="count, min(blades)")
+    assert {name: values.tolist() for name, values in found.items()} == {"count": [400], "min(blades)": [2]}
+    assert (
+        db.groups()["count"].tolist() == [400] and db.groups("blades == 3")["count"] == (points()["blades"] == 3).sum()
+    )
+    for by in (None, "verdict", ("rotor", "lock")):
+        found = db.groups("blades > 100", by=by, reduce="first(exponent_1), min(blades), mean(lock), count")
+        assert [v.size for v in found.values()] == [0] * len(found)
+        assert [v.dtype for v in found.values()][-4:] == [complex, np.int16, float, np.int64]
+
+
+def test_nan_is_one_group_whatever_its_bits_and_so_is_zero() -> None:
+    table = points(128) | {"lock": np.r_[np.full(64, np.nan), -np.full(64, np.nan)]}
+    table["lock_number"] = np.r_[np.full(64, 0.0), np.full(64, -0.0)]
+    assert len({bytes(v.tobytes()) for v in table["lock"]}) == 2
+    for by in ("lock", "lock_number"):
+        assert Database("x", FakeFile({"points": table})).groups(by=by)["count"].tolist() == [128]
+
+
+def test_groups_are_sorted_stably_and_limited(db: Database) -> None:
+    for descending in (False, True):
+        found = db.groups(by="advance_ratio", reduce="min(lock),count", sort="count", descending=descending, limit=7)
+        all_of = db.groups(by=["advance_ratio"], reduce=["count", "min( lock )"])
+        order = np.argsort(all_of["count"] * (-1 if descending else 1), kind="stable")[:7]
+        assert list(found) == ["advance_ratio", "min(lock)", "count"]
+        for name, values in found.items():
+            np.testing.assert_array_equal(values, all_of[name][order])
+    last = db.groups(by="lock", sort="lock", descending=True)["lock"]
+    assert np.isnan(last[-1]) and np.isnan(last).sum() == 1 and (np.diff(last[:-1]) < 0).all()
+    assert db.groups(by="rotor", limit=2)["rotor_name"].tolist() == list(NAMES[:2])
+    assert list(db.groups(by="rotor_name")) == ["rotor", "rotor_name", "count"]
+
+
+def test_groups_need_the_memory_of_a_chunk_and_of_themselves() -> None:
+    class Endless(FakeFile):
+        def rows(self, table: str) -> int:
+            return 2_000_000
+
+        def chunks(self, table: str, columns: Any, start: int = 0, stop: int | None = None, skip: Any = None) -> Any:
+            for a in range(start, stop or self.rows(table), 50_000):
+                yield a, {name: np.arange(a, min(a + 50_000, stop or 2_000_000)) % 1000 / 4 for name in columns}
+
+    db = Database("x", Endless({"points": points(4)}))
+    db.groups("lock > 1", by="lock", limit=0)
+    gc.collect()
+    tracemalloc.start()
+    try:
+        found = db.groups("lock >= 1", by="lock", reduce="mean(advance_ratio), count")
+        peak = tracemalloc.get_traced_memory()[1]
+    finally:
+        tracemalloc.stop()
+    assert peak < 12e6 and found["count"].tolist() == [2000] * 996
+    np.testing.assert_array_equal(found["mean(advance_ratio)"], np.arange(4, 1000) / 4)
+
+
+def test_the_wrong_group_is_named(db: Database) -> None:
+    cases: list[tuple[dict[str, Any], str]] = [
+        ({"by": "lock_numbr"}, "by: 'lock_numbr' is no column of this table, did you mean 'lock_number'?"),
+        ({"by": "exponent_1"}, "by: exponent_1 is complex; write exponent_1_re"),
+        ({"by": " , "}, "by: no column is named; name some, or leave it out"),
+        ({"by": 3}, "by: 3 was given; it is a text, or several"),
+        ({"reduce": ""}, "reduce: nothing is asked for; name reductions, as in min(limit), count"),
+        ({"reduce": [3]}, "reduce: [3] was given"),
+        ({"reduce": "sum(lock)"}, "reduce: 'sum' is none of min, max, mean, count, first, as in min(limit)"),
+        ({"reduce": "men(lock)"}, "did you mean 'mean'?"),
+        ({"reduce": "min"}, "reduce: min is of a column, as in min(limit)"),
+        ({"reduce": "min(lock"}, "reduce: 'min(lock' is no reduction, as in min(limit), count"),
+        ({"reduce": "min(lock + 1)"}, "'min(lock + 1)' is no reduction"),
+        ({"reduce": "count, max(lokc)"}, "reduce: 'lokc' is no column of this table, did you mean 'lock'?"),
+        ({"reduce": "max(exponent_1)"}, "reduce: exponent_1 is complex"),
+        ({"reduce": "mean(verdict)"}, "verdict holds words, which have no order; take first(verdict) or count"),
+        ({"reduce": "min(rotor)"}, "rotor numbers rotors, which have no order; take first(rotor)"),
+        ({"by": "lock", "sort": "blades"}, "sort: 'blades' is none of lock, count"),
+        ({"by": "lock", "sort": "cout"}, "did you mean 'count'?"),
+        ({"reduce": "first(exponent_1)", "sort": "first(exponent_1)"}, "first(exponent_1) is complex"),
+    ]
+    for options, sentence in cases:
+        with pytest.raises(ParameterError, match=re.escape(sentence)):
+            db.groups(**options)
+    with pytest.raises(QueryError, match="no column"):
+        db.groups("lokc > 1")
+    with pytest.raises(QueryError, match="limit is a number of rows"):
+        db.groups(limit=-1)
+
+
+# --- pandas and xarray ------------------------------------------------------------------------------------------------
+
+
+def gridded(axes: dict[str, list[float]], **derived: Any) -> tuple[dict[str, Any], dict[str, Any]]:
+    """Points of a study on a grid, shuffled, with a number of the row's own; the columns are those of the schema."""
+    values = [v.ravel() for v in np.meshgrid(*axes.values(), indexing="ij")]
+    table = {name: np.zeros(values[0].size, store.POINTS[name].dtype) for name in store.ALWAYS}
+    table |= dict(zip(axes, values, strict=True))
+    table |= {"error_regressing": np.arange(values[0].size) / 8, "verdict": np.arange(values[0].size) % 3}
+    design = np.stack([values[i] for i, name in enumerate(axes) if name != "advance_ratio"] or [0 * values[0]])
+    table["rotor"] = np.unique(design, axis=1, return_inverse=True)[1].reshape(-1)
+    table |= {name: formula(table) for name, formula in derived.items()}
+    order = np.random.default_rng(5).permutation(values[0].size)
+    return {name: v[order].astype(store.POINTS[name].dtype) for name, v in table.items()}, table
+
+
+def opened(table: dict[str, Any], name: str = "points") -> Database:
+    file = FakeFile({name: table})
+    file._columns = dict(store.TABLES)  # type: ignore[assignment]
+    return Database("grid.h5", file)
+
+
+GRID = {"lock_number": [4.0, 6.0, 9.0], "hinge_offset": [0.0, 0.1], "advance_ratio": [0.0, 0.25, 0.5, 1.0]}
+
+
+def test_pandas_has_rows_units_meanings_and_words(db: Database) -> None:
+    frame = db.to_pandas("blades != 3", sort="lock_number", columns="*", limit=50)
+    found = db.query("blades != 3", sort="lock_number", columns="*", limit=50)
+    assert list(frame.columns) == list(found) and len(frame) == 50
+    for name, values in found.items():
+        flags = POINTS[name].flags if name in POINTS else None
+        expected = [flags[v] for v in values.tolist()] if flags else values
+        np.testing.assert_array_equal(frame[name].to_numpy(), np.array(expected), err_msg=name)
+    assert list(frame["verdict"].cat.categories) == ["STABLE", "UNSTABLE", "UNDECIDED"]
+    assert frame.attrs["units"]["hinge_offset"] == "R" and frame.attrs["title"] == "a database"
+    assert frame.attrs["long_name"]["advance_ratio"] == "advance ratio"
+    part = db.to_pandas(columns="exponent_1_im", table="points").attrs
+    assert part["long_name"] == {"exponent_1_im": ", imaginary part"} and part["units"] == {"exponent_1_im": "1"}
+    assert len(db.to_pandas("blades > 100")) == 0 and len(db.to_pandas(table="limits")) == 30
+
+
+def test_a_grid_comes_with_its_axes_whatever_the_order_of_its_rows() -> None:
+    rows, table = gridded(GRID, offset_mass_ratio=lambda t: 1.5 * t["hinge_offset"])
+    for columns in (("error_regressing", "verdict"), ("verdict", "lock_number", "advance_ratio", "error_regressing")):
+        data = opened(rows).to_xarray(columns=columns)
+        assert dict(data.sizes) == {name: len(values) for name, values in GRID.items()} and set(data.data_vars) == {
+            "error_regressing", "verdict",
+        }  # fmt: skip
+        for name, values in GRID.items():
+            np.testing.assert_array_equal(data[name], values)
+            assert data[name].attrs == {"units": "1", "long_name": store.POINTS[name].long_name}
+        for name in ("error_regressing", "verdict"):
+            assert data[name].dims == tuple(GRID)
+            np.testing.assert_array_equal(data[name].values.ravel(), table[name])
+        assert float(data["error_regressing"].sel(lock_number=6.0, hinge_offset=0.1, advance_ratio=0.5)) == 14 / 8
+    attrs = data["verdict"].attrs
+    assert attrs["flag_values"].tolist() == [0, 1, 2] and attrs["flag_meanings"] == "STABLE UNSTABLE UNDECIDED"
+    assert attrs["long_name"] == store.POINTS["verdict"].long_name and data.attrs["title"] == "a database"
+
+
+def test_the_axes_are_those_that_vary_among_the_rows_found() -> None:
+    rows, _ = gridded(GRID, offset_mass_ratio=lambda t: 1.5 * t["hinge_offset"])
+    cases: dict[str, tuple[str, ...]] = {
+        "hinge_offset == 0": ("lock_number", "advance_ratio"),
+        "nearest(advance_ratio=0.3)": ("lock_number", "hinge_offset"),
+        "hinge_offset == 0 and lock_number == 9": ("advance_ratio",),
+        "lock_number != 6": tuple(GRID),
+        "lock_number < 9 or advance_ratio > 0.1": ("row",),
+        "error_regressing >= 0.125": ("row",),
+        "lock_number > 99": ("row",),
+    }
+    for text, dims in cases.items():
+        data = opened(rows).to_xarray(text, columns=("error_regressing",), sort="error_regressing")
+        assert data["error_regressing"].dims == dims, text
+    found = opened(rows).query("error_regressing >= 0.125", sort="error_regressing")
+    data = opened(rows).to_xarray("error_regressing >= 0.125", sort="error_regressing")
+    for name, values in found.items():
+        np.testing.assert_array_equal(data[name], values)
+
+
+def test_a_mass_ratio_is_an_axis_only_where_it_is_one() -> None:
+    free, _ = gridded({"hinge_offset": [0.0, 0.1], "offset_mass_ratio": [0.0, 0.1, 0.2], "advance_ratio": [0.0, 0.5]})
+    assert dict(opened(free).to_xarray().sizes) == {"hinge_offset": 2, "offset_mass_ratio": 3, "advance_ratio": 2}
+    bound, _ = gridded(
+        {"hinge_offset": [0.05, 0.1], "static_moment_ratio": [1.0, 1.5, 2.0], "advance_ratio": [0.0, 0.5]},
+        offset_mass_ratio=lambda t: t["hinge_offset"] * t["static_moment_ratio"],
+    )
+    assert dict(opened(bound).to_xarray().sizes) == {"hinge_offset": 2, "static_moment_ratio": 3, "advance_ratio": 2}
+
+
+def test_rotors_that_are_no_grid_have_an_axis_of_their_own() -> None:
+    rows, table = gridded({"lock_number": [4.0, 6.0, 9.0], "advance_ratio": [0.0, 0.5]},
+                          hinge_offset=lambda t: np.where(t["lock_number"] == 6, 0.1, 0.0))  # fmt: skip
+    data = opened(rows).to_xarray()
+    assert dict(data.sizes) == {"rotor": 3, "advance_ratio": 2} and data["rotor"].values.tolist() == [0, 1, 2]
+    np.testing.assert_array_equal(data["error_regressing"].values.ravel(), table["error_regressing"])
+    assert data["rotor_name"].values[:, 0].tolist() == list(NAMES)
+    twins = {name: np.r_[values, values] for name, values in rows.items()} | {
+        "rotor": np.r_[rows["rotor"], rows["rotor"] + 3]
+    }
+    assert dict(opened(twins).to_xarray(columns="verdict").sizes) == {"rotor": 6, "advance_ratio": 2}
+
+
+def test_axes_of_words_have_words() -> None:
+    modes, tolerances = np.meshgrid([0, 1, 3], [0.05, 0.1], indexing="ij")
+    table = {name: np.zeros(6, column.dtype) for name, column in store.LIMITS.items()}
+    table |= {"mode": modes.ravel().astype("i1"), "tolerance": tolerances.ravel(), "limit": np.arange(6) / 4}
+    data = opened(table, "limits").to_xarray(table="limits", columns="limit")
+    words = [store.LIMITS["mode"].flags[i] for i in (0, 1, 3)]  # type: ignore[index]
+    assert data["limit"].dims == ("mode", "tolerance") and data["mode"].values.tolist() == words
+    assert float(data["limit"].sel({"mode": words[2], "tolerance": 0.1})) == 1.25
+
+
+@pytest.mark.parametrize("name", ["pandas", "xarray"])
+def test_a_library_that_is_missing_is_named(db: Database, monkeypatch: pytest.MonkeyPatch, name: str) -> None:
+    monkeypatch.setitem(sys.modules, name, None)
+    with pytest.raises(InputError, match=re.escape(f"to_{name} needs {name}: install floquet-rotor[export]")):
+        getattr(db, f"to_{name}")()
+
+
+# --- between the rows -------------------------------------------------------------------------------------------------
+
+
+def curves(**changed: Any) -> dict[str, Any]:
+    """Rows of two rotors, shuffled: a rotor in no lock whose columns are cubics of μ, and another one."""
+    mu = np.r_[np.linspace(0, 1, 21), np.linspace(0, 1, 11)]
+    table = {name: np.zeros(32, column.dtype) for name, column in store.POINTS.items()}
+    table |= {"advance_ratio": mu, "rotor": np.r_[np.zeros(21, "i4"), np.ones(11, "i4")], "lock": np.full(32, np.nan)}
+    table |= {"exponent_1": 1 - mu**3 + 2j * mu**2, "exponent_2": np.exp(mu) + 0j, "rotation_number": 0.55 + mu / 3}
+    table |= {"error_regressing": mu**3, "error_coning": 5 * mu**2, "lock_number": np.full(32, 8.1)} | changed
+    order = np.random.default_rng(9).permutation(32)
+    return {name: values[order] for name, values in table.items()}
+
+
+FIRST = slice(0, 21)  # the rows of the first rotor before they are shuffled
+
+
+def test_between_the_rows_is_the_polynomial_of_the_nearest() -> None:
+    """A cubic through four rows and more is exact; through three it is off by what is estimated, within a factor."""
+    names = ("exponent_1", "error_regressing", "error_coning", "exponent_1_im", "lock_number")
+    for count in (4, 5, 6, 12):
+        found = opened(curves()).at("rotor == 0", advance_ratio=0.333, columns=names, rows=count)
+        mu = 0.333
+        expected = (1 - mu**3 + 2j * mu**2, mu**3, 5 * mu**2, 2 * mu**2, 8.1)
+        assert list(found.values) == list(names) == list(found.errors) and len(found.rows) == count
+        for name, value in zip(names, expected, strict=True):
+            assert abs(found.values[name] - value) < 1e-13, name  # rounding of twelve terms with weights below 3
+    three = opened(curves()).at('rotor == "bo 105"', advance_ratio=0.333, columns=names, rows=3)
+    assert np.allclose(three.rows, (0.3, 0.35, 0.4), rtol=1e-15, atol=0) and (three.rotor, three.rotor_name) == (
+        0,
+        "Bo 105",
+    )
+    off = abs(three.values["error_regressing"] - mu**3)
+    assert 1e-5 < off < three.errors["error_regressing"] < 1e-1 and three.errors["lock_number"] == 0.0
+    assert three.values["lock_number"] == 8.1 and isinstance(three.values["exponent_1"], complex)
+
+
+def test_the_error_is_the_larger_of_the_last_two_changes() -> None:
+    found = opened(curves()).at("rotor == 0", advance_ratio=0.333, columns="exponent_2", rows=4)
+    near, mu = np.array([0.35, 0.3, 0.4, 0.25]), 0.333
+    by_fit = [float(np.polyval(np.polyfit(near[:k] - mu, np.exp(near[:k]), k - 1), 0)) for k in (4, 3, 2)]
+    np.testing.assert_allclose(found.rows, (0.25, 0.3, 0.35, 0.4), rtol=1e-15)
+    assert found.values["exponent_2"].real == pytest.approx(by_fit[0], rel=1e-13)
+    assert found.errors["exponent_2"] == pytest.approx(np.abs(np.diff(by_fit)).max(), rel=1e-9)
+    assert abs(found.values["exponent_2"] - np.exp(mu)) < found.errors["exponent_2"] / 10
+    one_less = opened(curves()).at("rotor == 0", advance_ratio=0.333, columns="exponent_2", rows=6)
+    assert abs(one_less.values["exponent_2"] - np.exp(mu)) < 1e-9 < found.errors["exponent_2"]
+
+
+def test_a_row_is_itself_and_all_columns_with_numbers_come_where_none_are_named() -> None:
+    found = opened(curves()).at("rotor == 0", advance_ratio=0.25)
+    assert (
+        found.rows == (0.25,)
+        and found.values["exponent_2"] == complex(np.exp(0.25))
+        and set(found.errors.values()) == {0.0}
+    )
+    numbers = {name for name, column in store.POINTS.items() if column.dtype in ("f8", "c16")}
+    assert set(found.values) == numbers - {"advance_ratio", "lock", "exponent_error", "determinant_defect"}
+    thrice = opened(curves()).at("rotor == 1", advance_ratio=0.3)
+    assert thrice.rows == (3 * 0.1,) != (0.3,) and thrice.errors["exponent_2"] == 0.0
+    off = opened(curves(error_coning=np.where(np.arange(32) == 6, np.nan, 0.0))).at("rotor == 0", advance_ratio=0.333)
+    assert np.isnan(off.values["error_coning"]) and off.errors["error_coning"] == np.inf
+    assert np.isfinite(off.values["error_regressing"]) and set(off.values) == set(found.values)
+
+
+def test_rows_of_another_kind_are_never_taken_and_an_edge_is_refused() -> None:
+    lock = np.full(32, np.nan)
+    lock[8:12] = 1.0  # μ from 0.40 to 0.55
+    step = np.where(np.arange(32) >= 8, 1000.0, 0.0)
+    db = opened(curves(lock=lock, error_regressing=step))
+    names = ("error_regressing",)
+    assert db.at("rotor == 0", advance_ratio=0.34, columns=names).values["error_regressing"] == 0.0
+    inside = db.at("rotor == 0", advance_ratio=0.48, columns=names)
+    np.testing.assert_allclose(inside.rows, (0.4, 0.45, 0.5, 0.55))
+    assert inside.values["error_regressing"] == 1000.0
+    for mu, words in ((0.36, "0.35 and 0.4 (no lock, the lock at 1)"), (0.57, "0.55 and 0.6 (the lock at 1, no lock)")):
+        with pytest.raises(
+            ParameterError, match=re.escape(f"advance_ratio: there is an edge of a lock between the rows {words}")
+        ):
+            db.at("rotor == 0", advance_ratio=mu, columns=names)
+    assert db.at("rotor == 0", advance_ratio=0.4, columns=names).values["error_regressing"] == 1000.0
+
+
+@pytest.mark.parametrize("at", [1.0, 0.5, 1.5])
+def test_a_lock_that_no_row_is_in_is_refused(at: float) -> None:
+    """The rotation number passes a multiple of ½ between rows 0.45 and 0.5, and no row is locked."""
+    db = opened(curves(rotation_number=np.r_[at - 0.1 + np.linspace(0, 1, 21) / 4.8, np.full(11, 0.7)]))
+    with pytest.raises(
+        ParameterError, match=re.escape("a lock lies between the rows 0.45 and 0.5 (the rotation number")
+    ):
+        db.at("rotor == 0", advance_ratio=0.47, columns="exponent_1")
+    assert max(db.at("rotor == 0", advance_ratio=0.44, columns="exponent_1").rows) == pytest.approx(0.45)
+
+
+@pytest.mark.parametrize("kind", ["rule", "cause"])
+def test_a_kind_that_changes_is_refused_for_the_columns_of_its_mode(kind: str) -> None:
+    changed = np.where(np.arange(32) < 7, 0, 1).astype("i1")  # between 0.3 and 0.35
+    db = opened(curves(**{f"{kind}_regressing": changed}))
+    flags = store.POINTS[f"{kind}_regressing"].flags or {}
+    words = (
+        f"between the rows 0.3 and 0.35 ({kind}_regressing is {flags[0]}, then {flags[1]}); name columns of other modes"
+    )
+    for names in ("error_regressing", "tpp_regressing_1", "frequency_error_regressing", None):
+        if names is None or names in store.POINTS:
+            with pytest.raises(ParameterError, match=re.escape(words)):
+                db.at("rotor == 0", advance_ratio=0.333, columns=names)
+    near = db.at("rotor == 0", advance_ratio=0.333, columns=("error_coning", "exponent_1"))
+    assert min(near.rows) < 0.3 < 0.35 < max(near.rows)
+    assert min(db.at("rotor == 0", advance_ratio=0.36, columns="error_regressing").rows) == pytest.approx(0.35)
+
+
+def test_what_cannot_be_said_between_rows_is_refused() -> None:
+    few = {name: values for name, values in curves().items() if name not in ("lock", "cause_coning")}
+    half = {name: values for name, values in curves().items() if name != "cause_coning"}
+    edges = curves(lock=np.where(np.arange(32) % 3 == 0, 1.0, np.nan))
+    cases: list[tuple[dict[str, Any], dict[str, Any], str]] = [
+        (curves(), {"advance_ratio": 1.01}, "advance_ratio: 1.01 lies outside of the rows, which go from 0 to 1"),
+        (curves(), {"advance_ratio": -0.1}, "-0.1 lies outside"),
+        (curves(), {"advance_ratio": np.nan}, "advance_ratio: nan was given; it must be a finite number"),
+        (curves(), {"advance_ratio": "0.3"}, "advance_ratio: '0.3' was given"),
+        (curves(), {"rows": 2}, "rows: 2 was given; it is a number from 3 to 12"),
+        (curves(), {"rows": 13}, "rows: 13 was given"),
+        (curves(), {"columns": "verdict"}, "columns: verdict holds words, and has no value between rows"),
+        (curves(), {"columns": "panels"}, "columns: panels counts, and has no value between rows"),
+        (curves(), {"columns": "exponent_error"}, "exponent_error is each row's own, and has no value between rows"),
+        (
+            curves(),
+            {"columns": ["exponent_1", "lokc"]},
+            "columns: 'lokc' is no column of this table, did you mean 'lock'?",
+        ),
+        (curves(), {"columns": []}, "columns: no column that is stored here has values between rows"),
+        (half, {"columns": "error_coning"}, "error_coning needs the column cause_coning, which is not stored"),
+        (few, {"columns": "exponent_1"}, "exponent_1 needs the column lock, which is not stored"),
+        (few, {}, "columns: no column that is stored here has values between rows"),
+        (curves(), {"expression": ""}, "expression: 2 rotors have rows for which it holds (0, 1); name one"),
+        (curves(), {"expression": "rotor > 7"}, "expression: it holds for no row; name one"),
+        (edges, {"advance_ratio": 0.22}, "only 2 rows about 0.22 are of its kind (0.2 to 0.25)"),
+    ]
+    for table, options, sentence in cases:
+        with pytest.raises(ParameterError, match=re.escape(sentence)):
+            opened(table).at(**{"expression": "rotor == 0", "advance_ratio": 0.333} | options)
+
+
+def test_between_the_rows_of_a_study_is_what_is_computed_there(tmp_path: Path) -> None:
+    (tmp_path / "one.toml").write_text(
+        "[study]\nname = 'one'\n[rotors]\nlist = [{ lock_number = 8.0 }]\n"
+        "[axes]\nadvance_ratio = { start = 0.0, stop = 0.5, count = 51 }\n"
+    )
+    run(load_study(tmp_path / "one.toml"), tmp_path / "one.h5", workers=1)
+    with open_database(tmp_path / "one.h5") as db:
+        found = db.at(advance_ratio=0.333)
+    there = compare(Rotor(lock_number=8.0), 0.333)
+    for name, exact in {
+        "exponent_1": there.stability.exponents[0],
+        "rotation_number": there.stability.rotation_number,
+        "error_regressing": there["regressing"].error,
+    }.items():
+        assert abs(found.values[name] - exact) < found.errors[name] < 1e-6, name
+
+
+# --- several files ----------------------------------------------------------------------------------------------------
+
+
+def three_files(chunk: int = 64) -> tuple[Database, dict[str, Any], list[FakeFile]]:
+    """Three files of 150, 0 and 100 rows with three, two and one rotor; the arrays that they are together."""
+    parts = [points(150), points(0), points(100, seed=4)]
+    parts[2]["rotor"] = np.zeros(100, "i4")
+    names = (NAMES, ("A", "B"), ())
+    files = [FakeFile({"points": part}, name, chunk) for part, name in zip(parts, names, strict=True)]
+    whole = {name: np.concatenate([part[name] for part in parts]) for name in POINTS}
+    whole["file"] = np.repeat([0, 1, 2], [150, 0, 100])
+    whole["rotor"] = whole["rotor"] + np.where(whole["file"] == 2, 5, 0)
+    paths = ["a.h5", "b.h5", "c.h5"]
+    return Database(", ".join(paths), several.Several(paths, files)), whole, files
+
+
+def test_several_files_are_their_rows_after_one_another() -> None:
+    db, whole, _ = three_files()
+    assert db.rows() == 250 and db.names == (*NAMES, "A", "B", "") and list(db.columns())[:2] == ["file", "rotor"]
+    assert db.path == "a.h5, b.h5, c.h5" and db.attributes == {"title": "a database"}
+    assert db.describe()[0] == ("file", "1", "file that the row is from")
+    lock = whole["lock"]
+    for text, rows in {
+        "": np.ones(250, bool),
+        "lock > 0.5": lock > 0.5,
+        'file == "c.h5"': whole["file"] == 2,
+        'file != "C.H5" and lock > 0.5 or rotor == 5 and blades == 3': (whole["file"] == 0) & (lock > 0.5)
+        | (whole["rotor"] == 5) & (whole["blades"] == 3),
+        'rotor == "Lynx"': whole["rotor"] == 1,
+        'file == "b.h5" or rotor == "A"': np.zeros(250, bool),
+        "nearest(lock=0.3)": nearest(lock, 0.3),
+    }.items():
+        found = db.query(text, columns="*")
+        assert list(found) == ["file", *POINTS, "rotor_name"]
+        for name in ("file", *POINTS):
+            np.testing.assert_array_equal(found[name], whole[name][rows], err_msg=text)
+        assert found["rotor"].dtype == np.int32
+        assert found["rotor_name"].tolist() == [db.names[i] for i in whole["rotor"][rows]]
+    order = np.argsort(lock, kind="stable")[:120]
+    np.testing.assert_array_equal(db.query(sort="lock", limit=120, columns="rotor")["rotor"], whole["rotor"][order])
+    assert list(db.query("lock > 1"))[:3] == ["file", "rotor", "rotor_name"]
+    assert db.query(columns="file")["file"].tolist() == whole["file"].tolist()
+
+
+def test_several_files_reduce_and_go_to_pandas_and_xarray() -> None:
+    db, whole, _ = three_files()
+    found = db.groups("blades > 2", by="file", reduce="count, max(blades), first(file)")
+    chosen = whole["blades"] > 2
+    assert found["count"].tolist() == [(chosen & (whole["file"] == i)).sum() for i in (0, 2)]
+    assert found["file"].tolist() == found["first(file)"].tolist() == [0, 2]
+    assert set(db.to_pandas()["file"]) == {"a.h5", "c.h5"}
+    rows, table = gridded(GRID)
+    files = [FakeFile({"points": rows | {"error_regressing": rows["error_regressing"] + add}}) for add in (0, 100)]
+    for file in files:
+        file._columns = dict(store.TABLES)  # type: ignore[assignment]
+    data = Database("x", several.Several(["one.h5", "two.h5"], files)).to_xarray(columns="error_regressing")
+    assert data["error_regressing"].dims == ("file", *GRID) and data["file"].values.tolist() == ["one.h5", "two.h5"]
+    for name, add in (("one.h5", 0), ("two.h5", 100)):
+        np.testing.assert_array_equal(
+            data["error_regressing"].sel(file=name).values.ravel(), table["error_regressing"] + add
+        )
+
+
+def test_chunks_of_several_files_are_skipped_in_the_numbers_of_all() -> None:
+    db, whole, files = three_files(chunk=50)
+    for text, read in {'file == "c.h5"': (0, 2), "rotor > 4": (0, 2), "rotor < 5 and blades > 0": (3, 0)}.items():
+        for file in files:
+            file.read.clear()
+        found = db.query(text, columns="rotor")
+        np.testing.assert_array_equal(found["rotor"], whole["rotor"][whole["file"] == (0 if read[0] else 2)])
+        assert (len({a for a, _ in files[0].read}), len({a for a, _ in files[2].read})) == read, text
+    for file in files:
+        file.read.clear()
+    assert db.query(limit=10)["rotor"].size == 10 and not files[2].read
+    parts = list(db._reader.chunks("points", ["file", "rotor"], 140, 170))
+    assert [(first, len(part["file"])) for first, part in parts] == [(140, 10), (150, 20)]
+    for file in files:
+        file.read.clear()
+    assert db.query(limit=10)["rotor"].size == 10 and not files[2].read
+    count = several._rotors(files[0])
+    assert count == 3 and [len(file.read) for file in files] == [1, 0, 0]  # ranges say it, and no chunk is read
+
+
+def test_files_that_differ_are_refused() -> None:
+    one, other = FakeFile({"points": points(9)}), FakeFile({"points": points(9), "limits": limits()})
+    with pytest.raises(DatabaseError, match=re.escape("b.h5: its tables are points and limits, those of a.h5 points")):
+        several.Several(["a.h5", "b.h5"], [one, other])
+    fewer = FakeFile({"points": {name: v for name, v in points(9).items() if name not in ("lock", "blades")}})
+    for pair in ([one, fewer], [fewer, one]):
+        with pytest.raises(
+            DatabaseError, match=r"b.h5: its table points and that of a.h5 have different columns .*lock"
+        ):
+            several.Several(["a.h5", "b.h5"], pair)
+    changed = FakeFile({"points": points(9)})
+    changed._columns = {"points": POINTS | {"lock": Column(units="Hz"), "verdict": Column("i1", flags={0: "A"})}}
+    with pytest.raises(DatabaseError, match=re.escape("have different columns (lock, verdict)")):
+        several.Several(["a.h5", "b.h5"], [one, changed])
+
+
+def test_several_files_are_opened_and_closed(
+    stored: tuple[Path, dict[str, Any], dict[str, Any]], tmp_path: Path
+) -> None:
+    path, table, some = stored
+    second = tmp_path / "second.h5"
+    store.write(
+        second, {"points": {n: v[:20_000] for n, v in table.items()}, "limits": some}, {"title": "b", "study_id": "1"}
+    )
+    with open_database([path, str(second)]) as db:
+        assert db.rows() == 60_000 and db.names == (*NAMES, "", "", "") and db.attributes["title"] == "a test; b"
+        assert "study_id" not in db.attributes and "schema_version" in db.attributes
+        found = db.query("0.3 < advance_ratio < 0.45", columns=("advance_ratio", "file", "rotor"))
+        for number, of in ((0, 40_000), (1, 20_000)):
+            rows = (table["advance_ratio"][:of] > 0.3) & (table["advance_ratio"][:of] < 0.45)
+            here = found["file"] == number
+            np.testing.assert_array_equal(found["advance_ratio"][here], table["advance_ratio"][:of][rows])
+            np.testing.assert_array_equal(found["rotor"][here], table["rotor"][:of][rows] + 3 * number)
+        assert db.groups(by="file", table="limits")["count"].tolist() == [50, 50]
+        assert db.query("lock == 7", columns="file", table="points")["file"].size == 0
+    with pytest.raises(DatabaseError, match="closed"):
+        db.rows()
+    with open_database([path]) as db:
+        assert set(db.query(limit=3)["file"]) == {0}
+    for wrong, sentence in (
+        ([path, path], "is given twice"),
+        ([path, 3], "3 was given; it must be the name of a file"),
+    ):
+        with pytest.raises(ParameterError, match=re.escape(sentence)):
+            open_database(wrong)  # type: ignore[arg-type]
+    with pytest.raises(DatabaseError, match=r"none\.h5"):
+        open_database([path, tmp_path / "none.h5"])
+
+
 def test_the_wrong_option_is_named(db: Database) -> None:
     cases: list[tuple[dict[str, Any], str]] = [
         ({"table": "point"}, "'point' is no table; this file has points, limits, did you mean 'points'?"),
@@ -885,7 +1547,8 @@ def fenced(kind: str) -> list[str]:
     return re.findall(rf"^```{kind}\n(.*?)^```$", PAGE, flags=re.M | re.S)
 
 
-def test_the_expressions_of_the_page_run_and_find_rows(db: Database) -> None:
+def test_the_expressions_of_the_page_run_and_find_rows() -> None:
+    db = Database("fake.h5", FakeFile({"points": points(4000), "limits": limits()}))
     lines = [line for block in fenced("text") for line in block.splitlines()]
     assert len(lines) >= 10
     for line in lines:
@@ -894,22 +1557,32 @@ def test_the_expressions_of_the_page_run_and_find_rows(db: Database) -> None:
         assert len(found["rotor"]) > 0, line
 
 
+def as_asked(path: Any, file: FakeFile) -> Any:
+    return file if isinstance(path, str) else several.Several(path, [file] * len(path))
+
+
 def test_the_python_of_the_page_runs(monkeypatch: pytest.MonkeyPatch) -> None:
+    file = FakeFile({"points": curves(), "limits": limits()})
+    file._columns = {"points": store.POINTS, "limits": LIMITS}  # type: ignore[dict-item]
+    monkeypatch.setattr("floquet.open_database", lambda path: Database(str(path), as_asked(path, file)))
+    scope: dict[str, Any] = {}
+    for block in fenced("py"):
+        exec(block, scope)
+    assert scope["both"]["file"].size > 0 and set(scope["both"]["file"]) == {1}
+    assert scope["least"]["count"].sum() == (limits()["mode"] == 0).sum()
+
+
+def test_the_commands_of_the_page_run(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
     file = FakeFile({"points": points(), "limits": limits()})
-    monkeypatch.setattr("floquet.open_database", lambda path: Database(path, file))
-    (block,) = fenced("py")
-    exec(block, {})
-
-
-def test_the_commands_of_the_page_run(db: Database) -> None:
+    monkeypatch.setattr("floquet.query.open_database", lambda path: Database(str(path), as_asked(path, file)))
     commands = [shlex.split(line) for block in fenced("sh") for line in block.splitlines()]
-    assert commands
-    for program, verb, _, expression, *options in commands:
-        assert (program, verb) == ("floquet", "query")
-        given = dict(zip(options[::2], options[1::2], strict=True))
-        columns, limit = given.get("--columns"), int(given.get("--limit", 5))
-        found = db.query(expression, columns=columns and columns.split(","), sort=given.get("--sort"), limit=limit)
-        assert 0 < len(found["rotor"]) <= limit
+    assert len(commands) >= 5
+    for program, *arguments in commands:
+        assert program == "floquet"
+        with pytest.raises(SystemExit) as end:
+            main(arguments)
+        shown = capsys.readouterr().out.splitlines()
+        assert end.value.code == 0 and len(shown) > 2, arguments
 
 
 def test_the_refusals_of_the_page_are_what_is_said() -> None:
@@ -928,6 +1601,7 @@ def test_the_page_names_every_function_and_operator() -> None:
         *intervals.FUNCTIONS,
         *intervals.COMPARISONS,
         *language.KEYWORDS,
+        language.NEAREST,
         "**",
         "inf",
         f"{query.MAX_LENGTH:_}".replace("_", " "),

@@ -4,11 +4,11 @@ The language, loosest first::
 
     or    and    not    < <= > >= == !=, chained    in (…), not in (…)    + -    * /    unary + -    **
 
-with numbers (``1e-3``, ``inf``), column names, words in quotes, parentheses, and the functions abs, min, max, sqrt,
-isnan and isfinite. It is a subset of Python's grammar, with Python's precedence; ``&`` and ``|`` are refused, because
-in Python they bind tighter than a comparison. Three kinds of value never mix: numbers, truth values and words (the flag
-columns such as ``verdict``; ``rotor`` is a number that may also be compared with a rotor's name). A complex column is
-reachable by its parts, NAME_re and NAME_im.
+with numbers (``1e-3``, ``inf``), column names, words in quotes, parentheses, the functions abs, min, max, sqrt, isnan
+and isfinite, and ``nearest(column=number, …)``. It is a subset of Python's grammar, with Python's precedence; ``&`` and
+``|`` are refused, because in Python they bind tighter than a comparison. Three kinds of value never mix: numbers, truth
+values and words (the flag columns such as ``verdict``; ``rotor`` is a number that may also be compared with a rotor's
+name). A complex column is reachable by its parts, NAME_re and NAME_im.
 
 Arithmetic is float64 as in NumPy. So are comparisons with nan: ``<``, ``<=``, ``>``, ``>=``, ``==`` and ``in`` are
 false, and ``!=`` is **true**, like ``not (… == …)``; ``isfinite(x)`` leaves a row without a value out, ``isnan(x)``
@@ -20,24 +20,31 @@ their stored ranges (interval arithmetic), and a chunk is skipped only when the 
 
     holds(chunk) = value(columns)        skip(minima, maxima) = bounds([minimum, maximum] ∪ {nan}).high < 1
 
+``nearest(x=c)`` is x == x*, with x* the finite value nearest to c in the whole table, which a first pass finds.
+
 Rounding is monotone, so the ends of an interval bound every row's result of + - * / sqrt to the last bit; powers are
 widened by 1e-12.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import ExitStack
 from functools import cached_property
 from pathlib import Path
 from types import TracebackType
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 
-from floquet.errors import DatabaseError, QueryError, did_you_mean
+from floquet.errors import DatabaseError, ParameterError, QueryError, did_you_mean, file_name
+from floquet.query.between import LEAST, MOST, MU, Interpolated, interpolated, kinds, wanted
+from floquet.query.frames import axes_columns, library, to_pandas, to_xarray
+from floquet.query.groups import Groups, reductions
+from floquet.query.groups import keys as group_keys
 from floquet.query.intervals import MAX_LENGTH, Interval
 from floquet.query.language import (
+    FILE,
     MAX_DEPTH,
     ROTOR,
     ROTOR_NAME,
@@ -49,6 +56,7 @@ from floquet.query.language import (
     compile_expression,
     short,
 )
+from floquet.query.several import Reader, Several, check_once
 
 __all__ = [
     "Database",
@@ -60,28 +68,6 @@ __all__ = [
     "Scope",
     "compile_expression",
 ]
-
-
-class Reader(Protocol):
-    """What a query needs of an open file; ``floquet.store.open_file`` gives it."""
-
-    @property
-    def names(self) -> Sequence[str]: ...
-    @property
-    def attributes(self) -> Mapping[str, Any]: ...
-    @property
-    def tables(self) -> Sequence[str]: ...
-    def columns(self, table: str) -> Mapping[str, Any]: ...
-    def left_out(self, table: str) -> Iterable[str]: ...
-    def rows(self, table: str) -> int: ...
-    def chunks(
-        self,
-        table: str,
-        columns: Sequence[str],
-        start: int = 0,
-        stop: int | None = None,
-        skip: Callable[[Mapping[str, Any], Mapping[str, Any]], bool] | None = None,
-    ) -> Iterator[tuple[int, Rows]]: ...
 
 
 DEFAULT_COLUMNS = {
@@ -135,6 +121,35 @@ class Best:
         if self.limit and len(order) == self.limit:
             self._worst = self._keys(rows)[-1]
         return rows
+
+
+class Nearest:
+    """Name → the finite value of a column nearest to a number, from chunks one by one; of two as near, the smaller."""
+
+    def __init__(self, wanted: Mapping[str, tuple[str, float]]) -> None:
+        self._wanted = wanted
+        self.columns = list(dict.fromkeys(column for column, _ in wanted.values()))
+        self.found = dict.fromkeys(wanted, np.nan)
+
+    def _distance(self, name: str) -> float:
+        """What a value must not exceed to be looked at; inf as long as there is none."""
+        distance = abs(self.found[name] - self._wanted[name][1])
+        return distance if distance >= 0 else np.inf
+
+    def skip(self, minima: Mapping[str, Any], maxima: Mapping[str, Any]) -> bool:
+        """Does every value of a chunk with these ranges lie farther away than what is there?"""
+        return all(
+            max(minima.get(column, -np.inf) - number, number - maxima.get(column, np.inf)) > self._distance(name)
+            for name, (column, number) in self._wanted.items()
+        )
+
+    def add(self, chunk: Rows) -> None:
+        for name, (column, number) in self._wanted.items():
+            values = np.append(np.asarray(chunk[column], dtype=float), self.found[name])
+            values = values[np.isfinite(values)]
+            if values.size:
+                distances = np.abs(values - number)
+                self.found[name] = float(values[distances == distances.min()].min())
 
 
 def _joined(pieces: Sequence[Rows]) -> Rows:
@@ -234,14 +249,58 @@ class Database:
         beside the index ``rotor`` (an empty text where a rotor has no name). ``sort`` is stable, with nan last in both
         directions; ``limit`` is the number of rows, after sorting. Memory holds a chunk and the answer.
         """
+        found, wanted = self._rows(expression, table, columns, sort, descending, limit)
+        return {name: found[name] for name in wanted}
+
+    def to_pandas(self, expression: str = "", *, table: str = "points", **options: Any) -> Any:
+        """The answer of ``query``, with its options, as a pandas DataFrame: flags as categories in words.
+
+        ``attrs`` has the file's title, and "units" and "long_name" by column.
+        """
+        library("pandas", "to_pandas")
+        return to_pandas(self.query(expression, table=table, **options), self.columns(table), self.attributes)
+
+    def to_xarray(
+        self,
+        expression: str = "",
+        *,
+        table: str = "points",
+        columns: str | Sequence[str] | None = None,
+        sort: str | None = None,
+        descending: bool = False,
+        limit: int | None = None,
+    ) -> Any:
+        """The answer of ``query`` as an xarray Dataset, each variable with its units and meaning.
+
+        Rows that are every combination of some parameters (and advance ratios; modes, metrics and tolerances of limits)
+        get these as axes, rows of other designs that have the same advance ratios the axes ``rotor`` and
+        ``advance_ratio``, and all others the one dimension ``row``.
+        """
+        library("xarray", "to_xarray")
+        present = self.columns(table)
+        also = axes_columns(present)
+        found, wanted = self._rows(expression, table, columns, sort, descending, limit, also)
+        return to_xarray(found, wanted, present, self.attributes)
+
+    def _rows(
+        self,
+        expression: str,
+        table: str,
+        columns: str | Sequence[str] | None,
+        sort: str | None,
+        descending: bool,
+        limit: int | None,
+        also: Sequence[str] = (),
+    ) -> tuple[Rows, list[str]]:
+        """The rows of a query, and which of their columns were asked for."""
         present = self.columns(table)
         scope = Scope.of(present, self.names, self._reader.left_out(table))
-        predicate = compile_expression(expression, scope)
+        predicate = self._settled(table, compile_expression(expression, scope))
         key = () if sort is None else (scope.check(str(sort)),)
         wanted = self._wanted(table, columns, present, scope, (*predicate.names, *key))
         limit = _checked_limit(limit)
         best = Best(key[0], bool(descending), limit) if key else None
-        read = [ROTOR if name == ROTOR_NAME else name for name in wanted]
+        read = [ROTOR if name == ROTOR_NAME else name for name in (*wanted, *also)]
         pieces = self._pieces(table, predicate, list(dict.fromkeys([*read, *key])), best, limit)
         if best is None:
             found = _first(pieces, limit)
@@ -249,7 +308,88 @@ class Database:
             for piece in pieces:
                 best.add(piece)
             found = best.result()
-        return {name: self._named(found[ROTOR]) if name == ROTOR_NAME else found[name] for name in wanted}
+        if ROTOR_NAME in wanted:
+            found[ROTOR_NAME] = self._named(found[ROTOR])
+        return found, wanted
+
+    def groups(
+        self,
+        expression: str = "",
+        *,
+        by: str | Sequence[str] | None = None,
+        reduce: str | Sequence[str] = "count",
+        table: str = "points",
+        sort: str | None = None,
+        descending: bool = False,
+        limit: int | None = None,
+    ) -> Rows:
+        """One row a group of rows with equal values in the columns ``by``, of those for which ``expression`` holds.
+
+        ``reduce`` names what is said of a group, ``"min(limit), mean(limit), count"``: min, max and mean pass over nan;
+        count is of rows, count(x) of those where x is not nan; first(x) is of the first row in the file. The answer has
+        the columns ``by`` (and the rotors' names beside ``rotor``) and those reductions, under their names as written
+        here. It is in the order of ``by``, or of ``sort``, one of its columns; nan comes last. Memory holds a chunk and
+        the groups.
+        """
+        present = self.columns(table)
+        scope = Scope.of(present, self.names, self._reader.left_out(table))
+        reduced, keys = reductions(reduce, present, scope), group_keys(by, scope)
+        limit = _checked_limit(limit)
+        names = [*keys, *(one.name for one in reduced)]
+        if sort is not None and sort not in names:
+            near = did_you_mean(str(sort), names)
+            raise ParameterError("sort", sort, f"{short(str(sort))!r} is none of {', '.join(names)}{near}")
+        whole = {name: np.dtype(column.dtype) for name, column in present.items()}
+        groups = Groups(keys, reduced, {**scope.dtypes, **whole})
+        predicate = self._settled(table, compile_expression(expression, scope))
+        read = groups.read or list(present)[:1]
+        for rows in self._pieces(table, predicate, read, None, None):
+            groups.add(rows, len(rows[read[0]]))
+        found = groups.result()
+        if sort is not None:
+            if np.iscomplexobj(found[sort]):
+                raise ParameterError("sort", sort, f"{sort} is complex, which has no order; sort by another column")
+            best = Best(sort, bool(descending), None)
+            best.add(found)
+            found = best.result()
+        if ROTOR in keys and self.names:
+            names.insert(names.index(ROTOR) + 1, ROTOR_NAME)
+            found[ROTOR_NAME] = self._named(found[ROTOR])
+        return {name: found[name][:limit] for name in names}
+
+    def at(
+        self,
+        expression: str = "",
+        *,
+        advance_ratio: float,
+        columns: str | Sequence[str] | None = None,
+        rows: int = 6,
+    ) -> Interpolated:
+        """Columns of one design at an advance ratio between its rows, each with an estimate of its error.
+
+        ``expression`` must hold for rows of one rotor: ``db.at('rotor == "Lynx"', advance_ratio=0.333)``. The value is
+        that of the polynomial through the ``rows`` (3 to 12) nearest rows, the error the larger of its difference from
+        the one through a row less and of that one's. Without ``columns`` it is all that have numbers. Where an edge of
+        a lock lies between the rows about it, or the kind of a mode's pair changes, it is refused; rows beyond such are
+        not taken.
+        """
+        mu = _checked_mu(advance_ratio)
+        if isinstance(rows, bool) or not isinstance(rows, int | np.integer) or not LEAST <= rows <= MOST:
+            raise ParameterError("rows", rows, f"{short(repr(rows))} was given; it is a number from {LEAST} to {MOST}")
+        present = self.columns()
+        scope = Scope.of(present, self.names, self._reader.left_out("points"))
+        names = wanted([columns] if isinstance(columns, str) else columns, present, scope)
+        if not names:
+            raise ParameterError("columns", columns, "no column that is stored here has values between rows")
+        rotors = self.groups(expression, by=ROTOR)[ROTOR].tolist()
+        if len(rotors) != 1:
+            found = ", ".join(map(str, rotors[:6])) + (", …" if len(rotors) > 6 else "")
+            what = f"{len(rotors)} rotors have rows for which it holds ({found})" if rotors else "it holds for no row"
+            raise ParameterError("expression", expression, f"{what}; name one, as in rotor == 0")
+        watched = kinds(names, present)
+        found_rows = self.query(expression, columns=[ROTOR, MU, *watched, *names])
+        name = str(self._named(found_rows[ROTOR][:1])[0])
+        return interpolated(found_rows, names, watched, present, mu, int(rows), name)
 
     def _wanted(
         self,
@@ -261,7 +401,7 @@ class Database:
     ) -> list[str]:
         named = (ROTOR_NAME,) if ROTOR in present else ()
         if columns is None:
-            short = [*DEFAULT_COLUMNS.get(table, present), *used]
+            short = [FILE, *DEFAULT_COLUMNS.get(table, present), *used]
             known = {*present, *(named if self.names else ())}
             return list(dict.fromkeys(name for name in short if name in known or name in used))
         wanted: dict[str, None] = {}
@@ -273,6 +413,15 @@ class Database:
         if not wanted:
             raise QueryError('no columns are asked for; name some, or "*" for all')
         return list(wanted)
+
+    def _settled(self, table: str, predicate: Predicate) -> Predicate:
+        """A first pass where rows are compared with a value nearest to a number, over the chunks that may hold it."""
+        if not predicate.nearest:
+            return predicate
+        search = Nearest(predicate.nearest)
+        for _, chunk in self._reader.chunks(table, search.columns, skip=search.skip):
+            search.add(chunk)
+        return predicate.settled(search.found)
 
     def _pieces(
         self, table: str, predicate: Predicate, read: Sequence[str], best: Best | None, limit: int | None
@@ -308,6 +457,12 @@ class Database:
         return names[np.where((rotor >= 0) & (rotor < len(self.names)), rotor, len(self.names))]
 
 
+def _checked_mu(value: object) -> float:
+    if isinstance(value, bool) or not isinstance(value, int | float | np.number) or not np.isfinite(value):
+        raise ParameterError("advance_ratio", value, f"{short(repr(value))} was given; it must be a finite number")
+    return float(value)
+
+
 def _checked_limit(limit: object) -> int | None:
     if limit is None:
         return None
@@ -316,9 +471,19 @@ def _checked_limit(limit: object) -> int | None:
     return int(limit)
 
 
-def open_database(path: str | Path) -> Database:
-    """Open a database for reading; close it, or use it in a ``with`` statement."""
+def open_database(path: str | Path | Sequence[str | Path]) -> Database:
+    """Open a database for reading; close it, or use it in a ``with`` statement.
+
+    Several files, which must have the same columns, are one database with a column ``file`` of their names as given;
+    the rotors of each are numbered on from those of the one before.
+    """
     from floquet import store
 
     closing = ExitStack()
-    return Database(path, closing.enter_context(store.open_file(path)), closing)
+    if isinstance(path, str | Path) or not isinstance(path, Sequence) or not path:
+        return Database(path, closing.enter_context(store.open_file(path)), closing)  # type: ignore[arg-type]
+    paths = [str(file_name(one)) for one in path]
+    check_once(paths)
+    with closing:
+        readers = [closing.enter_context(store.open_file(one)) for one in paths]
+        return Database(", ".join(paths), Several(paths, readers), closing.pop_all())

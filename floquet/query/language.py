@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from enum import Enum
 from functools import cache, partial
 from itertools import islice
@@ -160,7 +160,9 @@ class Scope:
 
 
 LEFT_OUT = "[output] columns of its study leaves it out, so add it there and run the study again"
-ROTOR, ROTOR_NAME = "rotor", "rotor_name"
+ROTOR, ROTOR_NAME, FILE = "rotor", "rotor_name", "file"
+NEAREST = "nearest"
+_AS_IN_NEAREST = "as in nearest(advance_ratio=0.35)"
 KEYWORDS = ("and", "or", "not", "in")
 _KNOWN = {
     ROTOR_NAME: f"use {ROTOR}, which may be compared with a name in quotes",
@@ -178,11 +180,15 @@ def short(text: str) -> str:
 
 
 class Compiler:
-    """Parsed tree → checked nodes: one method a rule of the grammar, the names that were met in ``names``."""
+    """Parsed tree → checked nodes: one method a rule of the grammar.
+
+    The names that were met are in ``names``, and in ``nearest`` what must be looked for in all rows before any holds.
+    """
 
     def __init__(self, scope: Scope, expression: str) -> None:
         self.scope, self.expression = scope, expression
         self.names: dict[str, None] = {}
+        self.nearest: dict[str, tuple[str, float]] = {}
 
     def __call__(self, tree: Any) -> Node:
         """A token goes by its terminal, a tree by its rule."""
@@ -235,7 +241,7 @@ class Compiler:
         name, at = str(token), _at(token)
         if name == "inf":
             return self._constant(np.float64(np.inf), at)
-        if name in FUNCTIONS:
+        if name in (*FUNCTIONS, NEAREST):
             raise self._fail(f"{name} is a function; write {name}(…) with its argument in parentheses", at)
         self.names[self.scope.check(name, self.expression, at)] = None
         return Node(
@@ -286,8 +292,10 @@ class Compiler:
 
     def _call(self, tree: Any) -> Node:
         name, at = str(tree.children[0]), _at(tree.children[0])
+        if name == NEAREST:
+            raise self._fail(f"nearest takes columns with their numbers, {_AS_IN_NEAREST}", at)
         if name not in FUNCTIONS:
-            raise self._fail(f"{short(name)!r} is no function; there are {', '.join(FUNCTIONS)}", at)
+            raise self._fail(f"{short(name)!r} is no function; there are {', '.join((*FUNCTIONS, NEAREST))}", at)
         function, count = FUNCTIONS[name], len(tree.children) - 1
         if not function.least <= count <= function.most:
             rule = "one argument" if function.most == 1 else "two or more arguments"
@@ -296,6 +304,37 @@ class Compiler:
         return _apply(function, Kind.TRUTH if name.startswith("is") else Kind.NUMBER, at, args)
 
     # truth values
+
+    def _named_call(self, tree: Any) -> Node:
+        """nearest(a=1, b=2) is a == (what is nearest to 1) and b == (what is nearest to 2)."""
+        name, at = str(tree.children[0]), _at(tree.children[0])
+        if name != NEAREST:
+            raise self._fail(f"only nearest takes columns with their numbers, {_AS_IN_NEAREST}", at)
+        columns = [setting.children[0] for setting in tree.children[1:]]
+        for i, column in enumerate(columns):
+            if column in columns[:i]:
+                raise self._fail(f"nearest is given {short(column)} twice", _at(column))
+        nodes = [self._setting(setting) for setting in tree.children[1:]]
+        return nodes[0] if len(nodes) == 1 else _apply(ALL, Kind.TRUTH, at, nodes)
+
+    def _setting(self, tree: Any) -> Node:
+        column, target = self._name(tree.children[0]), self(tree.children[2])
+        if column.kind is not Kind.NUMBER or column.constant:
+            what = f"{column.name} holds words" if column.name else "inf is no column"
+            raise self._fail(f"{what}, and nearest is of numbers; compare words, as in {self._word()}", column.at)
+        if not self._need(Kind.NUMBER, target).constant:
+            raise self._fail(f"{column.name} is held against a number, {_AS_IN_NEAREST}", target.at)
+        with np.errstate(all="ignore"):
+            number = float(target.value({}))
+        if not np.isfinite(number):
+            raise self._fail(f"nothing is near {number}; give a finite number, {_AS_IN_NEAREST}", target.at)
+        key = f"nearest({column.name}={number!r})"
+        self.nearest[key] = column.name, number
+        found = Node(kind=Kind.NUMBER, at=target.at, value=lambda chunk: chunk[key], bounds=lambda ranges: ranges[key])
+        return _apply(COMPARISONS["=="], Kind.TRUTH, column.at, [column, found])
+
+    def _word(self) -> str:
+        return self._example(next((name for name in self.scope.words if name != ROTOR), "verdict"))
 
     def _either(self, tree: Any) -> Node:
         args = [self._need(Kind.TRUTH, self(child)) for child in tree.children]
@@ -370,26 +409,36 @@ def _at(token: Any) -> int:
 
 @dataclass(frozen=True, kw_only=True)
 class Predicate:
-    """A compiled expression: the columns it reads, which rows of a chunk hold, which chunks cannot."""
+    """A compiled expression: the columns it reads, which rows of a chunk hold, which chunks cannot.
+
+    ``nearest`` is name → (column, number) of what has to be ``settled`` first: the finite value nearest to a number.
+    """
 
     scope: Scope
     names: tuple[str, ...] = ()
     node: Node | None = field(default=None, repr=False)
+    nearest: Mapping[str, tuple[str, float]] = field(default_factory=dict)
+    found: Mapping[str, float] = field(default_factory=dict)
+
+    def settled(self, found: Mapping[str, float]) -> Predicate:
+        """With the values that are nearest; nan, where a column has no finite value, is met by no row."""
+        return replace(self, found=dict(found))
 
     def holds(self, chunk: Mapping[str, Array], rows: int) -> Array:
         """(rows,) bool."""
         if self.node is None:
             return np.ones(rows, dtype=bool)
         with np.errstate(all="ignore"):
-            return np.broadcast_to(self.node.value(chunk), rows)
+            return np.broadcast_to(self.node.value({**chunk, **self.found}), rows)
 
     def skip(self, minima: Mapping[str, Any], maxima: Mapping[str, Any]) -> bool:
         """Can no row of a chunk with these minima and maxima hold?"""
         if self.node is None:
             return False
         ranges = {name: self.scope.number(name, minima.get(name), maxima.get(name)) for name in self.names}
+        points = {name: Interval(value, value) for name, value in self.found.items()}  # nan equals nothing here, too
         with np.errstate(all="ignore"):
-            return self.node.bounds(ranges).high < 1
+            return self.node.bounds(ranges | points).high < 1
 
 
 GRAMMAR = r"""
@@ -409,10 +458,13 @@ GRAMMAR = r"""
       | atom _POWER factor
 ?atom: NUMBER | STRING | NAME
      | NAME "(" _arguments? ")" -> call
+     | NAME "(" setting ("," setting)* ","? ")" -> named_call
      | "(" either ")"
 _arguments: either ("," either)* ","?
+setting: NAME SET sum
 NOT: "not"
 COMPARE: "<=" | ">=" | "==" | "!=" | "<" | ">"
+SET: "="
 SIGN: "+" | "-"
 SCALE: "*" | "/"
 _POWER: "**"
@@ -456,7 +508,7 @@ def compile_expression(expression: object, scope: Scope) -> Predicate:
     tree = _parse(expression)
     compiler = Compiler(scope, expression)
     node = compiler.root(tree)
-    return Predicate(scope=scope, names=tuple(compiler.names), node=node)
+    return Predicate(scope=scope, names=tuple(compiler.names), node=node, nearest=compiler.nearest)
 
 
 def _check_shape(expression: str) -> None:
@@ -523,6 +575,8 @@ def _stranger(character: str) -> str:
 def _misplaced(error: Any, before: str, ended: bool) -> str:
     """A sentence for a token at the wrong place: a value was due, or an operator."""
     token, due = short(str(error.token)), error.expected
+    if token == "=":
+        return _stranger(token)
     if "NUMBER" in due and ended:
         return "the expression ends where a column, a number or a word in quotes is due"
     if "NUMBER" in due and token == ")" and before.rstrip().endswith("("):
