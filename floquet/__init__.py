@@ -42,8 +42,8 @@ Reading order, which is the order in which data flow (nothing imports against it
                             → period_map → passage → koopman → certify → exponents → modes → comparison
                             → sensitivity → tracking
                             → validity → response → decoupling
-                            → sweep → families → chunks → store → studyfile → study → export → query
-                            → plot → report → exhibits → cli
+                            → sweep → families → chunks → store → studyfile → cluster → study → export
+                            → query → plot → report → exhibits → cli
 
 Names below are loaded when they are first used: ``import floquet`` itself loads no NumPy, SciPy, h5py or matplotlib.
 """

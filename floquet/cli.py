@@ -367,18 +367,24 @@ def _verdicts(rotors: Sequence[Rotor], speeds: Sequence[float], style: str | Non
     help="Columns of points to store, separated by commas; '*' is all (left out: [output] columns of the study).",
 )
 @workers_flag
+@click.option(
+    "--dask", metavar="WHERE", help="Compute on the Dask scheduler at tcp://host:port, or on a local cluster."
+)
 @output_flags
 def run(
     file: str, output: str, resume: bool, dry_run: bool, columns: tuple[str, ...], workers: int | None,
-    style: str | None,
+    dask: str | None, style: str | None,
 ) -> int:  # fmt: skip
     """Run a study into a database.
 
     A run that is stopped keeps its finished parts and goes on with --resume.  STUDY.toml is described, with an example,
-    in docs/files.md.
+    in docs/files.md, and runs on several machines (--dask) in docs/running.md.
     """
     from floquet import report, study
+    from floquet.cluster import LOCAL
 
+    if dask not in (None, LOCAL) and workers is not None:
+        raise InputError(f"--workers goes with --dask {LOCAL}: the scheduler at {dask} has its own")
     loaded = study.load_study(file)
     if columns:
         loaded = loaded.storing(separated(columns))
@@ -386,16 +392,21 @@ def run(
         estimate = study.dry_run(loaded)
         show(style, estimate, lambda: report.pairs(estimate), lambda: [report.fields(estimate)])
         return 0
-    return _run(loaded, output, resume, workers, style)
+    return _run(loaded, output, resume, workers, style, dask)
 
 
-def _run(loaded: Study, output: str, resume: bool, workers: int | None, style: str | None) -> int:
-    from floquet import report, study
+def _run(
+    loaded: Study, output: str, resume: bool, workers: int | None, style: str | None, dask: str | None = None
+) -> int:
+    from floquet import cluster, report, study
 
     count = processors() if workers is None else workers
     try:
-        with progress(f"{loaded.name}, parts") as done:
-            finished = study.run(loaded, output, resume=resume, workers=count, progress=done)
+        with (
+            progress(f"{loaded.name}, parts") as done,
+            contextlib.nullcontext() if dask is None else cluster.dask(dask, count) as executor,
+        ):
+            finished = study.run(loaded, output, resume=resume, workers=count, executor=executor, progress=done)
     except KeyboardInterrupt:
         say(f"floquet: the finished parts are kept in {study.parts_of(output)}: go on with --resume")
         raise

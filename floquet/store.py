@@ -23,6 +23,7 @@ import hashlib
 import json
 import math
 import os
+import secrets
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from enum import IntEnum
@@ -179,7 +180,7 @@ def stored_variables(columns: Mapping[str, Column]) -> dict[str, Column]:
 def atomic(path: str | Path) -> Iterator[Path]:
     """A temporary file beside ``path`` that takes its place when the block ends well, and vanishes when it does not."""
     path = Path(path)
-    temporary = path.with_name(f".{path.name}.{os.getpid()}.tmp")
+    temporary = path.with_name(f".{path.name}.{secrets.token_hex(8)}.tmp")  # others may be on other machines
     try:
         yield temporary
         _sync(temporary)

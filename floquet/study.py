@@ -16,18 +16,20 @@ removed.  A pool of processes whose worker dies is made anew; a shard that ends 
 from __future__ import annotations
 
 import contextlib
+import dataclasses
 import functools
 import hashlib
 import json
 import math
 import multiprocessing
 import os
+import platform
 import shutil
 import threading
 import time
 import warnings
 from collections.abc import Callable, Generator, Iterable, Iterator, Mapping, Sequence
-from concurrent.futures import BrokenExecutor, Executor, ProcessPoolExecutor, as_completed
+from concurrent.futures import BrokenExecutor, Executor, Future, ProcessPoolExecutor, as_completed
 from dataclasses import dataclass, field
 from itertools import pairwise, permutations
 from pathlib import Path
@@ -49,6 +51,9 @@ Progress = Callable[[int, int], None]
 Rows = dict[str, NDArray[Any]]
 LIVES = 3  # worker processes that a shard may end before it is given up
 GO_ON = "finished shards are kept: go on with --resume and fewer --workers"
+ALL_DIE = f"every worker process dies at once, perhaps for want of memory; {GO_ON}"
+SHARED = "write to a folder that all workers share; finished shards are kept"
+PATIENCE = 20.0  # seconds that a shared folder has to show a file
 SHARDS = 32  # a study is cut into about so many, within these sizes:
 POINT_SHARD, LIMIT_SHARD = (4096, 2**20), (1, 1024)  # rows of points, designs; a file takes the time of 4000 rows
 BYTES_A_VALUE = 4.0  # of 8, after compression: measured on the validity study
@@ -223,7 +228,7 @@ def run(
     workers : int
         Processes; 1 computes here.  The result does not depend on it.
     executor : concurrent.futures.Executor, optional
-        Where shards are computed instead.
+        Where shards are computed instead, by workers that see the folder of ``out``: :func:`floquet.cluster.dask`.
     progress : callable
         ``progress(done, total)`` in shards.
     """
@@ -424,14 +429,80 @@ Results = Generator[tuple[Shard, Callable[[], str]], None, None]
 def _results(plan: Plan, parts: Parts, todo: Sequence[Shard], workers: int, executor: Executor | None) -> Results:
     """Each shard as it is done (or, in this process, to be done), with what gives its result or raises."""
     if executor is not None:
-        futures = {executor.submit(_make, plan, shard, parts): shard for shard in todo}
-        for future in as_completed(futures):
-            yield futures[future], future.result
+        yield from _handed_out(plan, parts, todo, executor)
     elif workers == 1 or len(todo) < 2:
         for shard in todo:
             yield shard, functools.partial(_make, plan, shard, parts)
     else:
         yield from _pooled(plan, parts, todo, workers)
+
+
+def _handed_out(plan: Plan, parts: Parts, todo: Sequence[Shard], executor: Executor) -> Results:
+    """Shards from an executor.
+
+    One that ended its worker, or was handed to one that died, is made once more when all others are done, alone.
+    """
+    _warn(plan)
+    parts = dataclasses.replace(parts, folder=parts.folder.absolute())
+    lost: list[Shard] = []
+    futures = {executor.submit(_make_there, plan, shard, parts, ENGINE): shard for shard in todo}
+    try:
+        for future in as_completed(futures):
+            if isinstance(future.exception(), BrokenExecutor):
+                lost.append(futures[future])
+                if len(lost) > LIVES and len(lost) == sum(f.done() for f in futures):
+                    raise FailedError(ALL_DIE)
+            else:
+                yield futures[future], functools.partial(_arrived, future, parts)
+    finally:
+        for future in futures:
+            future.cancel()
+    dead = 0
+    for shard in lost:
+        future = executor.submit(_make_there, plan, shard, parts, ENGINE)
+        died = isinstance(future.exception(), BrokenExecutor)
+        dead += died
+        if dead > 1 and dead == len(todo) - len(lost) + dead:  # and nothing else came of the others
+            raise FailedError(ALL_DIE)
+        yield shard, _given_up if died else functools.partial(_arrived, future, parts)
+
+
+def _make_there(plan: Plan, shard: Shard, parts: Parts, engine: int) -> str:
+    """Compute a shard and write it: what a worker does that may be on another machine."""
+    if engine != ENGINE:
+        raise FailedError(
+            f"{platform.node()} has another version of floquet (engine {ENGINE}, here {engine}): install the same; "
+            "finished shards are kept"
+        )
+    if not _appears(parts.folder / "study.json"):
+        raise FailedError(f"{platform.node()} does not see {parts.folder}: {SHARED}")
+    return _make(plan, shard, parts)
+
+
+def _arrived(future: Future[str], parts: Parts) -> str:
+    """The file that a worker has written; it must be seen here, too."""
+    name = future.result()
+    if not _appears(parts.folder / name):
+        raise FailedError(f"a worker has written {name}, and it is not in {parts.folder} here: {SHARED}")
+    return name
+
+
+def _appears(path: Path) -> bool:
+    """Whether a file is there; a shared folder may show it late, and sooner if it is listed."""
+    end = time.monotonic() + PATIENCE
+    while not path.exists():
+        if time.monotonic() > end:
+            return False
+        with contextlib.suppress(OSError):
+            os.listdir(path.parent)
+        time.sleep(0.1)
+    return True
+
+
+def _warn(plan: Plan) -> None:
+    """What workers do not say."""
+    for rotor in plan.rotors:
+        warn_of_few_blades(rotor, exact_model(rotor, plan.model), stacklevel=3)
 
 
 def _pooled(plan: Plan, parts: Parts, todo: Sequence[Shard], workers: int) -> Results:
@@ -440,8 +511,7 @@ def _pooled(plan: Plan, parts: Parts, todo: Sequence[Shard], workers: int) -> Re
     Nobody says which shard the dead worker had, but shards are handed out in order: it was one of the first that are
     not done.  These are made alone, so that a shard that ends its worker again has only itself to blame.
     """
-    for rotor in plan.rotors:  # what its workers do not say
-        warn_of_few_blades(rotor, exact_model(rotor, plan.model), stacklevel=2)
+    _warn(plan)
     left, lost = list(todo), 0
     while left:
         with contextlib.suppress(BrokenExecutor), processes(workers) as pool:
@@ -455,7 +525,7 @@ def _pooled(plan: Plan, parts: Parts, todo: Sequence[Shard], workers: int) -> Re
             result = _alone(plan, parts, shard)
             lost += result is None
             if lost > 1 and lost == len(todo) - len(left) + 1:  # and nothing else came of the others
-                raise FailedError(f"every worker process dies at once, perhaps for want of memory; {GO_ON}")
+                raise FailedError(ALL_DIE)
             left.remove(shard)
             yield shard, result or _given_up
 

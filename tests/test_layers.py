@@ -16,14 +16,14 @@ PACKAGE = Path(floquet.__file__).parent
 ORDER = (
     "errors", "environment", "tomlfile", "rotorfile", "rotor", "verdict", "tape", "periodic", "models", "kernels",
     "collocation", "period_map", "passage", "koopman", "certify", "exponents", "modes", "comparison", "sensitivity",
-    "tracking", "validity", "response", "decoupling", "sweep", "families", "chunks", "store", "studyfile", "study",
-    "export", "query", "plot", "report", "exhibits", "cli", "__main__",
+    "tracking", "validity", "response", "decoupling", "sweep", "families", "chunks", "store", "studyfile", "cluster",
+    "study", "export", "query", "plot", "report", "exhibits", "cli", "__main__",
 )  # fmt: skip
 HOMES = {
     "h5py": "store", "matplotlib": "plot", "click": "cli", "rich": "cli", "numba": "kernels", "lark": "query",
-    "tomlkit": "tomlfile", "flint": "certify",
+    "tomlkit": "tomlfile", "flint": "certify", "distributed": "cluster", "dask": "cluster",
 }  # fmt: skip
-HEAVY = ("numba", "flint", "scipy", "matplotlib", "h5py", "numpy", "pydantic", "lark", "rich")
+HEAVY = ("numba", "flint", "scipy", "matplotlib", "h5py", "numpy", "pydantic", "lark", "rich", "distributed")
 FILES = sorted(PACKAGE.rglob("*.py"))
 
 
