@@ -543,7 +543,7 @@ def files_and_expression(words: Sequence[str]) -> tuple[list[str], str]:
 def plot(database: str, kind: str, output: str, rotor: str | None, dpi: float) -> None:
     """A figure of a database.
 
-    KIND is root-locus, eigenvalues-vs-mu, error-vs-mu or validity-summary.
+    KIND is root-locus, eigenvalues-vs-mu, error-vs-mu, validity-summary or validity-atlas.
     """
     from floquet.plot import plot_database
 
