@@ -6,6 +6,7 @@
 #   make bench      speed and accuracy beside SciPy, heyoka, numbalsoda, diffrax (five minutes; installs them into .venv)
 #   make mutants    break the code on purpose: every break must fail a test
 #   make check-boundaries   locks of 10 000 random designs against a brute-force scan (ten to twenty minutes)
+#   make prove-storage      a hundred kills of runs and workers, also on Dask: the data stay the same (some minutes)
 #   make clean      remove .venv, results and caches
 
 VENV := .venv
@@ -14,7 +15,7 @@ FLOQUET := $(PYTHON) -m floquet
 DATABASE := results/validity.h5
 FIGURES := validity-summary root-locus eigenvalues-vs-mu error-vs-mu
 
-.PHONY: help validity report1431 test bench mutants check-boundaries clean environment test-environment bench-environment
+.PHONY: help validity report1431 test bench mutants check-boundaries prove-storage clean environment test-environment bench-environment
 .DEFAULT_GOAL := help
 
 help:
@@ -48,6 +49,9 @@ mutants: test-environment
 
 check-boundaries: test-environment
 	$(PYTHON) -m tests.check_boundaries
+
+prove-storage: test-environment
+	$(PYTHON) -m tests.prove_storage
 
 clean:
 	rm -rf $(VENV) results dist build .pytest_cache .hypothesis .mypy_cache .ruff_cache
