@@ -646,6 +646,14 @@ def test_an_atlas_shows_the_share_of_designs_that_hold(designs: dict[str, Any], 
     assert 0.0 < shown.mean() < 1.0
 
 
+def test_rotors_without_names_have_numbers(database: Database, tmp_path: Path) -> None:
+    """Of a file whose rotors have names in part: those, and the range of numbers."""
+    data = database._reader.data  # type: ignore[attr-defined]
+    some = Database("some.h5", Memory(data, ("mine", "", "", "", "", "")))
+    with pytest.raises(ParameterError, match=r"it has mine, and numbers from 0 to 5"):
+        plot_database(some, "error-vs-mu", tmp_path / "a.png", rotor="99")
+
+
 def test_an_atlas_needs_many_designs(database: Database, designs: dict[str, Any], tmp_path: Path) -> None:
     with pytest.raises(ParameterError, match="an atlas is of 20 or more"):
         plot_database(database, ATLAS, tmp_path / "a.png")

@@ -195,8 +195,10 @@ def _named(db: Database, rotor: str | int, count: int) -> int:
     if number is not None:
         return number
     given, names = str(rotor).strip(), db.names
-    more = f" and {len(names) - 8} more" if len(names) > 8 else ""
-    has = ", ".join(names[:8]) + more if any(names) else f"no names, so give a number from 0 to {count - 1}"
+    known = [name for name in names if name]
+    more = f" and {len(known) - 8} more" if len(known) > 8 else ""
+    numbers = f"numbers from 0 to {count - 1}"
+    has = f"{', '.join(known[:8])}{more}, and {numbers}" if known else f"no names, so give one of the {numbers}"
     raise ParameterError(
         "rotor", rotor, f"{given!r} is no rotor of {db.path}{did_you_mean(given, names)}; it has {has}"
     )
