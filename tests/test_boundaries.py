@@ -159,4 +159,6 @@ def test_what_has_no_boundaries_is_refused() -> None:
         transitions(lambda a: mathieu(a, 0.3), 0.0, 1.0, kind="grow")  # type: ignore[arg-type]
     with pytest.raises(ParameterError, match="no net"):
         boundaries(mathieu, (0.0, 1.0), (0.0, 1.0), meshes=1)
+    with pytest.raises(ParameterError, match="mean damping is negative"):
+        transitions(lambda a: mathieu(a, 1.0, -0.2), 0.0, 3.0, kind="growth")
     assert boundaries(mathieu, (1.5, 3.5), (0.0, 0.1), meshes=4) == ()

@@ -180,7 +180,15 @@ class _Plane:
                 f"the family gives cases of shape {system.cases} for values of shape {x.shape}: it is to be made of "
                 "arrays, one case a value",
             )
-        return hill_map(system, precise=precise)
+        phi = hill_map(system, precise=precise)
+        if self.level is BOUNDARIES["growth"] and np.any(np.asarray(phi.mean) > 0.0):
+            raise ParameterError(
+                "kind",
+                "growth",
+                "the mean damping is negative somewhere in the range: there one motion grows on both sides of the "
+                "level of growth; keep the damping at 0 or above",
+            )
+        return phi
 
     def rotation(self, x: Array, y: Array) -> Array:
         """ρ at points of the boundary."""
