@@ -161,4 +161,6 @@ def test_what_has_no_boundaries_is_refused() -> None:
         boundaries(mathieu, (0.0, 1.0), (0.0, 1.0), meshes=1)
     with pytest.raises(ParameterError, match="mean damping is negative"):
         transitions(lambda a: mathieu(a, 1.0, -0.2), 0.0, 3.0, kind="growth")
+    (diagonal,) = boundaries(lambda x, y: spring(x - y), (0.0, 1.0), (0.0, 1.0), meshes=8)
+    assert len(diagonal.x) > 10  # through no corner of the net but the two at its ends
     assert boundaries(mathieu, (1.5, 3.5), (0.0, 0.1), meshes=4) == ()

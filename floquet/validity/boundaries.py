@@ -112,7 +112,7 @@ def boundaries(
     if isinstance(meshes, bool) or not isinstance(meshes, (int, np.integer)) or meshes < 2:
         raise ParameterError("meshes", meshes, f"{meshes!r} is no net: give a whole number of meshes, 2 or more")
     plane = _Plane(family, kind)
-    segments = list(_segments(plane, _net(plane, _lines(a, b, meshes), _lines(c, d, meshes))))
+    segments = list(_segments(plane, _net(plane, _lines(a, b, meshes, OFFSET), _lines(c, d, meshes, 0.7 * OFFSET))))
     chains = [np.array(chain) for chain in _chains(segments)]
     if not chains:
         return ()
@@ -142,9 +142,9 @@ def _range(name: str, ends: Ends) -> Ends:
     return low, high
 
 
-def _lines(a: float, b: float, meshes: int) -> Array:
+def _lines(a: float, b: float, meshes: int, offset: float) -> Array:
     """Places of a net's lines, those at the ends included."""
-    return np.concatenate([[a], a + (b - a) * (np.arange(meshes - 1) + 1.0 - OFFSET) / (meshes - 2 * OFFSET + 1), [b]])
+    return np.concatenate([[a], a + (b - a) * (np.arange(meshes - 1) + 1.0 - offset) / (meshes - 2 * offset + 1), [b]])
 
 
 # ---------------------------------------------------------------------- passages through lines
