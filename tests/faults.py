@@ -508,7 +508,10 @@ errata = (
     ),
 )
 
-STORE, STUDY, QUERY = "floquet/store.py", "floquet/study.py", "floquet/query/language.py"
+STORE, QUERY = "floquet/store.py", "floquet/query/language.py"
+FOLDER, MERGING, PACKING, SHARDS, WORKERS = (
+    f"floquet/study/{name}.py" for name in ("folder", "merging", "packing", "shards", "workers")
+)
 CHUNKS, PLOT = "floquet/chunks.py", "floquet/plot/__init__.py"
 KEPT, RUNS, ASKED, PACKED = (f"tests/test_{name}.py" for name in ("store", "study", "query", "chunks"))
 COLUMNS, CUTS = f"{RUNS} -k columns", f"{RUNS} -k shards"
@@ -534,11 +537,11 @@ storage = (
     Mutant("newer schema read", STORE, "> SCHEMA[0]:", "> SCHEMA[0] + 1:", KEPT),
     Mutant("write error forgotten", STORE, "if self.error is not None:", "if False:", KEPT),
     Mutant("imaginary part lost", STORE, "out.real, out.imag = real, imaginary", "out.real, out.imag = real, 0", KEPT),
-    Mutant("damaged shards kept", STUDY, "return file.intact()", "return True", RUNS),
-    Mutant("another study's folder", STUDY, 'about.get("study_id") != study.id:', "False:", RUNS),
-    Mutant("shards of another study packed", STUDY, "    if wrong:\n", "    if False:\n", RUNS),
+    Mutant("damaged shards kept", SHARDS, "return file.intact()", "return True", RUNS),
+    Mutant("another study's folder", FOLDER, 'about.get("study_id") != study.id:', "False:", RUNS),
+    Mutant("shards of another study packed", PACKING, "    if wrong:\n", "    if False:\n", RUNS),
     Mutant("shards packed unchecked", STORE, "!= stored[at].tobytes():", "!= stored[at].tobytes() and False:", KEPT),
-    Mutant("parts packed unfinished", STUDY, "    if missing:\n", "    if False:\n", RUNS),
+    Mutant("parts packed unfinished", PACKING, "    if missing:\n", "    if False:\n", RUNS),
     Mutant("rotors not numbered on", STORE, 'rows["rotor"] + np.int32(rotor_offset)', 'rows["rotor"]', RUNS),
     Mutant("rotors of copied chunks not numbered on", STORE, "                if rotor_offset:\n",
            "                if False:\n", KEPT),
@@ -549,15 +552,15 @@ storage = (
     Mutant("rows that wait are the caller's", STORE, "[np.concatenate(pieces)] if pieces else []", "pieces", KEPT),
     Mutant("the last rows wait", STORE, "last = self.at + self.kept == self.rows", "last = False", KEPT),
     Mutant("columns of the schema alone", STORE, "name in wanted or name in ALWAYS or", "name in wanted or", KEPT),
-    Mutant("other columns gone on with", STUDY, "    if differences:\n", "    if False:\n", COLUMNS),
-    Mutant("shards of other columns packed", STUDY, 'tuple(file.columns("points")) == parts.columns', "True", COLUMNS),
-    Mutant("blocks of the shards", STUDY, "(shard.start // step + 1) * step",
+    Mutant("other columns gone on with", FOLDER, "    if differences:\n", "    if False:\n", COLUMNS),
+    Mutant("shards of other columns packed", SHARDS, 'tuple(file.columns("points")) == parts.columns', "True", COLUMNS),
+    Mutant("blocks of the shards", SHARDS, "(shard.start // step + 1) * step",
            "shard.start + step // 2", CUTS),
-    Mutant("shards of any size", STUDY, "math.ceil(sizes[\"points\"] / store.CHUNK_ROWS) * store.CHUNK_ROWS",
+    Mutant("shards of any size", SHARDS, "math.ceil(sizes[\"points\"] / store.CHUNK_ROWS) * store.CHUNK_ROWS",
            'sizes["points"]', CUTS),
-    Mutant("threads times processes", STUDY, 'os.environ["FLOQUET_THREADS"] = "1"', "pass", f"{RUNS} -k thread"),
+    Mutant("threads times processes", WORKERS, 'os.environ["FLOQUET_THREADS"] = "1"', "pass", f"{RUNS} -k thread"),
     Mutant("left out without a word", QUERY, "        if name in self.left_out:\n", "        if False:\n", COLUMNS),
-    Mutant("lost columns unsaid", STUDY, "    if lost:\n", "    if False:\n", COLUMNS),
+    Mutant("lost columns unsaid", MERGING, "    if lost:\n", "    if False:\n", COLUMNS),
     Mutant("figures of half a mode", PLOT, "for mode in MODES if mode not in whole}", "for mode in ()}", COLUMNS),
     Mutant("words low byte first", CHUNKS, "_folded(256 * weighted)", "_folded(weighted)", PACKED),
     Mutant("65535 is 0", CHUNKS, "total and (total - 1) % 65535 + 1", "total % 65535", PACKED),
