@@ -508,56 +508,58 @@ errata = (
     ),
 )
 
-STORE, QUERY = "floquet/store.py", "floquet/query/language.py"
+SCHEMA, FILES, WRITING, READING = (f"floquet/store/{name}.py" for name in ("schema", "files", "writing", "reading"))
 FOLDER, MERGING, PACKING, SHARDS, WORKERS = (
     f"floquet/study/{name}.py" for name in ("folder", "merging", "packing", "shards", "workers")
 )
+QUERY = "floquet/query/language.py"
 CHUNKS, PLOT = "floquet/chunks.py", "floquet/plot/__init__.py"
 KEPT, RUNS, ASKED, PACKED = (f"tests/test_{name}.py" for name in ("store", "study", "query", "chunks"))
 COLUMNS, CUTS = f"{RUNS} -k columns", f"{RUNS} -k shards"
 SYNC, RENAME = "        _sync(temporary)\n", "        os.replace(temporary, path)\n"
 storage = (
-    Mutant("digest not checked", STORE, "if digest(part) != digests", "if False and digest(part) != digests", KEPT),
+    Mutant("digest not checked", READING, "if digest(part) != digests", "if False and digest(part) != digests", KEPT),
     Mutant(
         "digest of ranges not checked",
-        STORE,
+        READING,
         "        if not sound:\n            raise",
         "        if False:\n            raise",
         KEPT,
     ),
-    Mutant("rename before fsync", STORE, SYNC + RENAME, RENAME + SYNC.replace("temporary", "path"), KEPT),
-    Mutant("no fsync", STORE, SYNC + RENAME, RENAME, KEPT),
+    Mutant("rename before fsync", FILES, SYNC + RENAME, RENAME + SYNC.replace("temporary", "path"), KEPT),
+    Mutant("no fsync", FILES, SYNC + RENAME, RENAME, KEPT),
     Mutant(
         "schema digest not checked",
-        STORE,
+        READING,
         "        if not sound:\n            yield",
         "        if False:\n            yield",
         KEPT,
     ),
-    Mutant("newer schema read", STORE, "> SCHEMA[0]:", "> SCHEMA[0] + 1:", KEPT),
-    Mutant("write error forgotten", STORE, "if self.error is not None:", "if False:", KEPT),
-    Mutant("imaginary part lost", STORE, "out.real, out.imag = real, imaginary", "out.real, out.imag = real, 0", KEPT),
+    Mutant("newer schema read", READING, "> SCHEMA[0]:", "> SCHEMA[0] + 1:", KEPT),
+    Mutant("write error forgotten", FILES, "if self.error is not None:", "if False:", KEPT),
+    Mutant("imaginary part lost", READING, "out.real, out.imag = real, imaginary", "out.real, out.imag = real, 0",
+           KEPT),
     Mutant("damaged shards kept", SHARDS, "return file.intact()", "return True", RUNS),
     Mutant("another study's folder", FOLDER, 'about.get("study_id") != study.id:', "False:", RUNS),
     Mutant("shards of another study packed", PACKING, "    if wrong:\n", "    if False:\n", RUNS),
-    Mutant("shards packed unchecked", STORE, "!= stored[at].tobytes():", "!= stored[at].tobytes() and False:", KEPT),
+    Mutant("shards packed unchecked", READING, "!= stored[at].tobytes():", "!= stored[at].tobytes() and False:", KEPT),
     Mutant("parts packed unfinished", PACKING, "    if missing:\n", "    if False:\n", RUNS),
-    Mutant("rotors not numbered on", STORE, 'rows["rotor"] + np.int32(rotor_offset)', 'rows["rotor"]', RUNS),
-    Mutant("rotors of copied chunks not numbered on", STORE, "                if rotor_offset:\n",
+    Mutant("rotors not numbered on", WRITING, 'rows["rotor"] + np.int32(rotor_offset)', 'rows["rotor"]', RUNS),
+    Mutant("rotors of copied chunks not numbered on", WRITING, "                if rotor_offset:\n",
            "                if False:\n", KEPT),
-    Mutant("chunks of another cut copied", STORE, "whole = not rows % CHUNK_ROWS or self.at + rows == self.rows",
-           "whole = True", KEPT),
-    Mutant("chunks of other filters copied", STORE, "all(_filters(d) == FILTERS and", "all(", KEPT),
-    Mutant("a filter left out of a chunk", STORE, 'b"" if left_out else bytes(data)', "bytes(data)", KEPT),
-    Mutant("rows that wait are the caller's", STORE, "[np.concatenate(pieces)] if pieces else []", "pieces", KEPT),
-    Mutant("the last rows wait", STORE, "last = self.at + self.kept == self.rows", "last = False", KEPT),
-    Mutant("columns of the schema alone", STORE, "name in wanted or name in ALWAYS or", "name in wanted or", KEPT),
+    Mutant("chunks of another cut copied", WRITING,
+           "whole = not rows % schema.CHUNK_ROWS or self.at + rows == self.rows", "whole = True", KEPT),
+    Mutant("chunks of other filters copied", READING, "all(_filters(d) == FILTERS and", "all(", KEPT),
+    Mutant("a filter left out of a chunk", READING, 'b"" if left_out else bytes(data)', "bytes(data)", KEPT),
+    Mutant("rows that wait are the caller's", WRITING, "[np.concatenate(pieces)] if pieces else []", "pieces", KEPT),
+    Mutant("the last rows wait", WRITING, "last = self.at + self.kept == self.rows", "last = False", KEPT),
+    Mutant("columns of the schema alone", SCHEMA, "name in wanted or name in ALWAYS or", "name in wanted or", KEPT),
     Mutant("other columns gone on with", FOLDER, "    if differences:\n", "    if False:\n", COLUMNS),
     Mutant("shards of other columns packed", SHARDS, 'tuple(file.columns("points")) == parts.columns', "True", COLUMNS),
     Mutant("blocks of the shards", SHARDS, "(shard.start // step + 1) * step",
            "shard.start + step // 2", CUTS),
-    Mutant("shards of any size", SHARDS, "math.ceil(sizes[\"points\"] / store.CHUNK_ROWS) * store.CHUNK_ROWS",
-           'sizes["points"]', CUTS),
+    Mutant("shards of any size", SHARDS,
+           'math.ceil(sizes["points"] / store.schema.CHUNK_ROWS) * store.schema.CHUNK_ROWS', 'sizes["points"]', CUTS),
     Mutant("threads times processes", WORKERS, 'os.environ["FLOQUET_THREADS"] = "1"', "pass", f"{RUNS} -k thread"),
     Mutant("left out without a word", QUERY, "        if name in self.left_out:\n", "        if False:\n", COLUMNS),
     Mutant("lost columns unsaid", MERGING, "    if lost:\n", "    if False:\n", COLUMNS),

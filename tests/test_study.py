@@ -36,6 +36,7 @@ from floquet.kernels import cores
 from floquet.plot import plot_database
 from floquet.query import open_database
 from floquet.rotor import Hub, Rotor
+from floquet.store import digests, writing
 from floquet.study import packing, running, shards, workers
 from floquet.sweep import Plan, limit_rows, point_rows
 
@@ -342,7 +343,7 @@ def test_shards_of_many_points_are_whole_chunks(points: int, size: int) -> None:
 @pytest.mark.usefixtures("quick")
 def test_rows_and_chunks_do_not_depend_on_shards(tiny: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Blocks that are computed at a time begin at chunks of the database; shards of whole chunks are copied."""
-    monkeypatch.setattr(store, "CHUNK_ROWS", 64)
+    monkeypatch.setattr(store.schema, "CHUNK_ROWS", 64)
     asked: list[tuple[int, int]] = []
     real, images = shards.TABLE_ROWS["points"], {}
 
@@ -363,10 +364,10 @@ def test_rows_and_chunks_do_not_depend_on_shards(tiny: Path, tmp_path: Path, mon
 
 @pytest.mark.usefixtures("quick")
 def test_packing_copies_chunks(tiny: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(store, "CHUNK_ROWS", 50)
+    monkeypatch.setattr(store.schema, "CHUNK_ROWS", 50)
     folder = _unpacked(tiny, tmp_path / "out.h5")
-    made, real = [], store.pack
-    monkeypatch.setattr(store, "pack", lambda *given: (made.append(given), real(*given))[1])
+    made, real = [], writing.pack
+    monkeypatch.setattr(writing, "pack", lambda *given: (made.append(given), real(*given))[1])
     study.pack(folder, tmp_path / "out.h5")
     assert len(made) == 12 + 1  # the numbers of the rows; the limits' few rows are one chunk
     assert store.verify(tmp_path / "out.h5") == ()
@@ -555,7 +556,7 @@ def _unpacked(file: Path, out: Path) -> Path:
 def _another_study(a: Path, b: Path) -> None:
     with h5py.File(a, "r+") as changed:
         changed.attrs["study_id"] = "f" * 32
-        changed.attrs["attributes_digest"] = store._attributes_digest(changed)
+        changed.attrs["attributes_digest"] = digests.attributes_digest(changed)
 
 
 def _fewer_rows(a: Path, b: Path) -> None:

@@ -53,8 +53,8 @@ class Shard:
 def sizes_of(plan: Plan) -> dict[str, int]:
     """Shard sizes, fixed for a study."""
     sizes = {"points": int(np.clip(math.ceil(plan.points / SHARDS), *POINT_SHARD))}
-    if sizes["points"] > store.CHUNK_ROWS:
-        sizes["points"] = math.ceil(sizes["points"] / store.CHUNK_ROWS) * store.CHUNK_ROWS
+    if sizes["points"] > store.schema.CHUNK_ROWS:
+        sizes["points"] = math.ceil(sizes["points"] / store.schema.CHUNK_ROWS) * store.schema.CHUNK_ROWS
     if plan.tolerances:
         sizes["limits"] = int(np.clip(math.ceil(plan.designs / SHARDS), *LIMIT_SHARD))
     return sizes
@@ -103,8 +103,8 @@ def _blocks(shard: Shard, plan: Plan) -> list[tuple[int, int]]:
     """Ranges that are computed at a time: of points the database's chunks, or whole designs that are mapped."""
     if shard.table == "limits":
         return [(shard.start, shard.stop)]
-    whole = plan.advance_ratio.size if plan.map else store.CHUNK_ROWS
-    step = whole * max(1, store.CHUNK_ROWS // whole)
+    whole = plan.advance_ratio.size if plan.map else store.schema.CHUNK_ROWS
+    step = whole * max(1, store.schema.CHUNK_ROWS // whole)
     inner = range((shard.start // step + 1) * step, shard.stop, step)
     return list(pairwise([shard.start, *inner, shard.stop]))
 
