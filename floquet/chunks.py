@@ -32,7 +32,7 @@ from numpy.typing import NDArray
 
 from .kernels import cores, keep_memory
 
-__all__ = ["LEVEL", "Packed", "digest", "fletcher32", "in_order", "pack"]
+__all__ = ["LEVEL", "Packed", "digest", "fletcher32", "in_order", "pack", "unpack"]
 
 Array = NDArray[Any]
 Key = TypeVar("Key")
@@ -113,6 +113,20 @@ def pack(pieces: Sequence[Array], dtype: str, rows: int) -> Packed:
     data += fletcher32(data).to_bytes(4, "little")
     low, high = float(np.fmin.reduce(numbers)), float(np.fmax.reduce(numbers))
     return Packed(data=data, stored=digest(data), digest=digest(numbers), low=low, high=high)
+
+
+def unpack(data: bytes, dtype: str, rows: int) -> Array:
+    """The numbers of a chunk of so many rows whose bytes are known to be right; what they cannot be is a ValueError."""
+    width = np.dtype(dtype).itemsize
+    try:
+        planes = np.frombuffer(zlib.decompress(memoryview(data)[:-4], bufsize=rows * width), np.uint8)
+        planes = planes.reshape(width, rows)
+    except zlib.error as error:
+        raise ValueError(str(error)) from error
+    numbers = np.empty(rows, dtype)
+    for target, plane in zip(numbers.view(np.uint8).reshape(rows, width).T, planes, strict=True):
+        target[:] = plane
+    return numbers
 
 
 def in_order(jobs: Iterable[tuple[Key, Callable[[], Result]]]) -> Iterator[tuple[Key, Result]]:

@@ -360,7 +360,8 @@ def _verdicts(rotors: Sequence[Rotor], speeds: Sequence[float], style: str | Non
 @click.argument("file", metavar="STUDY.toml")
 @output_file
 @click.option("--resume", is_flag=True, help="Go on with a run that was stopped; keep a finished output.")
-@click.option("--dry-run", is_flag=True, help="Say what would be computed, and stop.")
+@click.option("--extend", is_flag=True, help="The study has grown: compute what the output lacks, and replace it.")
+@click.option("--dry-run", is_flag=True, help="Say what would be computed, and how long it may take, and stop.")
 @click.option(
     "--columns",
     multiple=True,
@@ -372,7 +373,7 @@ def _verdicts(rotors: Sequence[Rotor], speeds: Sequence[float], style: str | Non
 )
 @output_flags
 def run(
-    file: str, output: str, resume: bool, dry_run: bool, columns: tuple[str, ...], workers: int | None,
+    file: str, output: str, resume: bool, extend: bool, dry_run: bool, columns: tuple[str, ...], workers: int | None,
     dask: str | None, style: str | None,
 ) -> int:  # fmt: skip
     """Run a study into a database.
@@ -392,12 +393,13 @@ def run(
         estimate = study.dry_run(loaded)
         show(style, estimate, lambda: report.pairs(estimate), lambda: [report.fields(estimate)])
         return 0
-    return _run(loaded, output, resume, workers, style, dask)
+    return _run(loaded, output, resume, workers, style, dask, extend)
 
 
 def _run(
-    loaded: Study, output: str, resume: bool, workers: int | None, style: str | None, dask: str | None = None
-) -> int:
+    loaded: Study, output: str, resume: bool, workers: int | None, style: str | None, dask: str | None = None,
+    extend: bool = False,
+) -> int:  # fmt: skip
     from floquet import cluster, report, study
 
     count = processors() if workers is None else workers
@@ -406,7 +408,9 @@ def _run(
             progress(f"{loaded.name}, parts") as done,
             contextlib.nullcontext() if dask is None else cluster.dask(dask, count) as executor,
         ):
-            finished = study.run(loaded, output, resume=resume, workers=count, executor=executor, progress=done)
+            finished = study.run(
+                loaded, output, resume=resume, extend=extend, workers=count, executor=executor, progress=done
+            )
     except KeyboardInterrupt:
         say(f"floquet: the finished parts are kept in {study.parts_of(output)}: go on with --resume")
         raise

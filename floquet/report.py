@@ -453,7 +453,8 @@ def run_text(finished: RunReport) -> str:
         return f"{finished.path} is not finished: {parts}; mend the cause and run again with --resume"
     if not finished.computed and not finished.seconds:
         return f"{finished.path} is this study already, finished: {finished.points} points"
-    return f"{finished.path}: {finished.points} points, {finished.limits} limits; {parts}, {finished.seconds:.1f} s"
+    points = f"{finished.points} points" + (f" ({finished.copied} copied)" if finished.copied else "")
+    return f"{finished.path}: {points}, {finished.limits} limits; {parts}, {finished.seconds:.1f} s"
 
 
 def worded(rows: Mapping[str, Any], columns: Mapping[str, Any]) -> dict[str, list[Any]]:

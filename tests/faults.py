@@ -509,9 +509,10 @@ errata = (
 )
 
 SCHEMA, FILES, WRITING, READING = (f"floquet/store/{name}.py" for name in ("schema", "files", "writing", "reading"))
-FOLDER, MERGING, PACKING, SHARDS, WORKERS = (
-    f"floquet/study/{name}.py" for name in ("folder", "merging", "packing", "shards", "workers")
+EXTENDING, FOLDER, MERGING, PACKING, SHARDS, WORKERS = (
+    f"floquet/study/{name}.py" for name in ("extending", "folder", "merging", "packing", "shards", "workers")
 )
+STUDYFILE, GROWN = "floquet/studyfile.py", "tests/test_extend.py"
 QUERY = "floquet/query/language.py"
 CHUNKS, PLOT = "floquet/chunks.py", "floquet/plot/__init__.py"
 KEPT, RUNS, ASKED, PACKED = (f"tests/test_{name}.py" for name in ("store", "study", "query", "chunks"))
@@ -542,7 +543,6 @@ storage = (
     Mutant("damaged shards kept", SHARDS, "return file.intact()", "return True", RUNS),
     Mutant("another study's folder", FOLDER, 'about.get("study_id") != study.id:', "False:", RUNS),
     Mutant("shards of another study packed", PACKING, "    if wrong:\n", "    if False:\n", RUNS),
-    Mutant("shards packed unchecked", READING, "!= stored[at].tobytes():", "!= stored[at].tobytes() and False:", KEPT),
     Mutant("parts packed unfinished", PACKING, "    if missing:\n", "    if False:\n", RUNS),
     Mutant("rotors not numbered on", WRITING, 'rows["rotor"] + np.int32(rotor_offset)', 'rows["rotor"]', RUNS),
     Mutant("rotors of copied chunks not numbered on", WRITING, "                if rotor_offset:\n",
@@ -562,6 +562,22 @@ storage = (
            'math.ceil(sizes["points"] / store.schema.CHUNK_ROWS) * store.schema.CHUNK_ROWS', 'sizes["points"]', CUTS),
     Mutant("threads times processes", WORKERS, 'os.environ["FLOQUET_THREADS"] = "1"', "pass", f"{RUNS} -k thread"),
     Mutant("left out without a word", QUERY, "        if name in self.left_out:\n", "        if False:\n", COLUMNS),
+    Mutant("limits of other tolerances taken", EXTENDING, "bits == asked * (len(bits) // size)", "True", GROWN),
+    Mutant("few points' last digits taken", EXTENDING, "(plan.points < POINTS):", "(plan.points < 0):", GROWN),
+    Mutant("maps of other advance ratios taken", EXTENDING, "    if plan.map:\n", "    if False:\n", GROWN),
+    Mutant("maps taken for rows", EXTENDING, "if mapped != plan.map:", "if False:", GROWN),
+    Mutant("rows of other options taken", EXTENDING, "if options != study.plan.options:", "if False:", GROWN),
+    Mutant("rows of another engine taken", EXTENDING, ') != ENGINE:', ') < 0:', GROWN),
+    Mutant("designs keep their numbers", EXTENDING, 'out | {"rotor": designs.astype(np.int32)}', "out", GROWN),
+    Mutant("limits keep their designs' numbers", EXTENDING, "np.repeat(start + there, counts)",
+           'np.asarray(taken["rotor"])', GROWN),
+    Mutant("nothing copied", EXTENDING, "numbers.get(bits, -1) for bits in designs", "-1 for bits in designs", GROWN),
+    Mutant("what is there goes first", PACKING, "    if Path(out).exists() and not replace:\n",
+           "    Path(out).unlink(missing_ok=True)\n    if False:\n", GROWN),
+    Mutant("stored chunks read unchecked", READING, "(found := digest(raw)) != stored[at].tobytes():",
+           "(found := digest(raw)) is None:", KEPT),
+    Mutant("the first draws of more", STUDYFILE, "rng.random((count, dimensions))", "rng.random((dimensions, count)).T",
+           f"{RUNS} -k drawn"),
     Mutant("lost columns unsaid", MERGING, "    if lost:\n", "    if False:\n", COLUMNS),
     Mutant("figures of half a mode", PLOT, "for mode in MODES if mode not in whole}", "for mode in ()}", COLUMNS),
     Mutant("words low byte first", CHUNKS, "_folded(256 * weighted)", "_folded(weighted)", PACKED),

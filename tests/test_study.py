@@ -105,6 +105,21 @@ def test_sobol_designs_are_in_their_box_and_the_same_every_time(tmp_path: Path) 
     assert len({r.lock_number for r in designs}) == 8 and first.id == second.id
 
 
+@pytest.mark.parametrize(("kind", "count"), [("sobol", 8), ("random", 7)])
+def test_designs_that_are_drawn_stay_as_they_are_when_there_are_more(tmp_path: Path, kind: str, count: int) -> None:
+    def drawn(count: int, seed: int = 3) -> Rotor:
+        box = f"count = {count}, seed = {seed}, lock_number = [4.0, 12.0], hinge_offset = [0.0, 0.1], blades = 5"
+        (tmp_path / "s.toml").write_text(SMALL.replace("list =", f"{kind} = {{ {box} }}\nlist ="))
+        return study.load_study(tmp_path / "s.toml").plan.rotors[-1]
+
+    few, more = drawn(count), drawn(2 * count)
+    assert few.shape == (count,) and few.blades == 5 and np.all((few.lock_number >= 4.0) & (few.lock_number <= 12.0))
+    for name in ("lock_number", "hinge_offset"):
+        np.testing.assert_array_equal(getattr(few, name), getattr(more, name)[:count])
+        assert not np.any(getattr(few, name) == getattr(drawn(count, 4), name))
+    assert len(set(more.lock_number.tolist())) == 2 * count
+
+
 def test_the_id_changes_with_every_number_that_matters(tmp_path: Path, file: Path) -> None:
     ids = {study.load_study(file).id}
     changes = {
@@ -169,6 +184,9 @@ def test_a_bad_study_is_refused_in_a_sentence(tmp_path: Path, old: str, new: str
     ("sobol = { count = 12, lock_number = [5, 6] }", "sobol.count"),
     ("sobol = { lock_number = [5, 6] }", "sobol.count"),
     ("sobol = { count = 8 }", "sobol"),
+    ("random = { count = 0, lock_number = [5, 6] }", "random.count"),
+    ("random = { count = 3, lock_number = [6, 5] }", "random.lock_number"),
+    ("random = { count = 3 }", "random"),
 ])  # fmt: skip
 def test_a_bad_grid_or_sobol_box_is_one_sentence_with_its_line(tmp_path: Path, line: str, key: str) -> None:
     path = tmp_path / "s.toml"

@@ -14,6 +14,7 @@ from .. import store
 from ..errors import InputError
 from ..rotor import Hub
 from ..studyfile import Study
+from .extending import known
 from .folder import locked, parts_of, same_columns
 from .packing import pack
 from .shards import Parts, Shard, all_shards, sizes_of, sound
@@ -36,7 +37,10 @@ class Estimate:
 
 @dataclass(frozen=True, kw_only=True)
 class RunReport:
-    """What a run did; ``failed`` shards leave the study unfinished, its folder in place."""
+    """What a run did; ``failed`` shards leave the study unfinished, its folder in place.
+
+    ``computed`` and ``reused`` are shards, ``copied`` points of a database that was extended.
+    """
 
     path: Path
     points: int
@@ -45,6 +49,7 @@ class RunReport:
     computed: int
     reused: int
     failed: tuple[tuple[str, str], ...] = field(default=())
+    copied: int = 0
 
 
 def dry_run(study: Study) -> Estimate:
@@ -73,6 +78,7 @@ def run(
     out: str | Path,
     *,
     resume: bool = False,
+    extend: bool = False,
     workers: int = 1,
     executor: Executor | None = None,
     progress: Progress | None = None,
@@ -83,6 +89,10 @@ def run(
     ----------
     resume : bool
         Go on where an earlier run of the same study stopped; without it an existing output is refused.
+    extend : bool
+        ``out`` is a database of the study as it was before it grew, by designs, advance ratios or tolerances: its rows
+        are copied, the others computed, and it is replaced when the new one is whole.  Its data are those of a run
+        from nothing.
     workers : int
         Processes; 1 computes here.  The result does not depend on it.
     executor : concurrent.futures.Executor, optional
@@ -94,8 +104,10 @@ def run(
     if workers < 1:
         raise InputError(f"workers = {workers} is no number of processes: give 1 or more")
     folder = parts_of(out)
-    if out.exists():
-        rows = _finished(out, study, resume)
+    if extend and not out.exists():
+        raise InputError(f"{out} is not there to be extended: check the path, or run the study without --extend")
+    if out.exists() and not (extend and _grown(out, study)):
+        rows = _finished(out, study, resume or extend)
         return RunReport(
             path=out,
             points=rows.get("points", 0),
@@ -108,12 +120,12 @@ def run(
         store.remove_leftovers(folder)
         store.remove_leftovers(out.parent, out.name)
         shards = all_shards(study.plan, sizes)
-        parts = Parts(folder, study.id, study.columns)
+        parts = Parts(folder, study.id, study.columns, known(out, study) if extend else None)
         kept = {s for s in shards if (folder / s.file).exists() and sound(s, parts)}
         todo = [s for s in shards if s not in kept]
         failed = compute(study.plan, parts, todo, workers, executor, _counting(shards, kept, progress))
         if not failed:
-            rows = pack(folder, out)
+            rows = pack(folder, out, replace=extend)
             shutil.rmtree(folder, ignore_errors=True)
     if failed:
         return RunReport(
@@ -133,7 +145,15 @@ def run(
         seconds=seconds,
         computed=len(todo),
         reused=len(kept),
+        copied=parts.known.points if parts.known else 0,
     )
+
+
+def _grown(out: Path, study: Study) -> bool:
+    """Whether a database is of another study than this, or of this with other columns."""
+    with store.open_file(out) as file:
+        same = file.attributes.get("study_id") == study.id
+        return not (same and set(file.columns("points")) == set(study.columns))
 
 
 def _finished(out: Path, study: Study, resume: bool) -> dict[str, int]:
