@@ -33,7 +33,7 @@ from floquet.validity import Limit, all_limits, limits, lock_windows
 if TYPE_CHECKING:
     from floquet.exponents import Stability
     from floquet.query import Database
-    from floquet.study import RunReport
+    from floquet.study import Estimate, RunReport
 
 __all__ = [
     "NO_INFLOW", "ModeVerdict", "RotorVerdict", "analysis", "analysis_rows", "analysis_text", "as_csv", "as_json",
@@ -441,9 +441,10 @@ def fields(result: Any) -> Record:
     return {f.name: getattr(result, f.name) for f in dataclasses.fields(result)}
 
 
-def pairs(result: Any) -> str:
-    """A result as lines of name and value."""
-    return table(("what", "value"), [(name, str(value)) for name, value in fields(result).items()])
+def estimate_text(estimate: Estimate) -> str:
+    """What a study will make, and that its time is an estimate."""
+    found = {**fields(estimate), "seconds": f"about {estimate.seconds:.2g}, by a sample"}
+    return table(("what", "value"), [(name, str(value)) for name, value in found.items()])
 
 
 def run_text(finished: RunReport) -> str:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import shutil
 import time
 from collections.abc import Callable, Sequence
@@ -12,7 +11,6 @@ from pathlib import Path
 
 from .. import store
 from ..errors import InputError
-from ..rotor import Hub
 from ..studyfile import Study
 from .extending import known
 from .folder import locked, parts_of, same_columns
@@ -21,18 +19,6 @@ from .shards import Parts, Shard, all_shards, sizes_of, sound
 from .workers import compute
 
 Progress = Callable[[int, int], None]
-BYTES_A_VALUE = 4.0  # of 8, after compression: measured on the validity study
-
-
-@dataclass(frozen=True, kw_only=True)
-class Estimate:
-    """What a study will make."""
-
-    designs: int
-    points: int
-    limits: int
-    shards: int
-    bytes: int
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -50,27 +36,6 @@ class RunReport:
     reused: int
     failed: tuple[tuple[str, str], ...] = field(default=())
     copied: int = 0
-
-
-def dry_run(study: Study) -> Estimate:
-    """Sizes of a study without running it."""
-    plan = study.plan
-    modes = {h: n for h, n in ((Hub.ARTICULATED, 3), (Hub.TEETERING, 2))}
-    rows = sum(
-        math.prod(r.shape) * (modes[r.hub] + (r.hub == Hub.ARTICULATED and r.blades % 2 == 0 and r.blades >= 4))
-        for r in plan.rotors
-    )
-    limits = rows * len(plan.tolerances)
-    stored = {"points": {name: store.POINTS[name] for name in study.columns}, "limits": store.LIMITS}
-    sizes = {t: len(store.stored_variables(c)) * BYTES_A_VALUE for t, c in stored.items()}
-    total = plan.points * sizes["points"] + limits * sizes["limits"]
-    return Estimate(
-        designs=plan.designs,
-        points=plan.points,
-        limits=limits,
-        shards=len(all_shards(plan, sizes_of(plan))),
-        bytes=int(total),
-    )
 
 
 def run(
