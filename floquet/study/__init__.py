@@ -2,8 +2,8 @@
 
 A running study is a folder beside its database (``folder``) of ``shards``, which ``workers`` make, each whole or not at
 all: the listing is the journal.  When all are there they are packed, checked, into the database (``packing``), and only
-then removed (``running``).  ``extending`` finds what a database has of a study that has grown, ``merging`` makes one database
-of several, and ``estimating`` says beforehand how much it is and how long it takes.
+then removed (``running``).  ``extending`` finds what a database has of a study that has grown, ``merging`` makes one
+database of several, and ``estimating`` says beforehand how much it is and how long it takes.
 """
 
 from __future__ import annotations

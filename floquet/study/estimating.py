@@ -16,7 +16,7 @@ from ..studyfile import Study
 from .shards import Parts, Shard, all_shards, make, sizes_of
 
 BYTES_A_VALUE = 4.0  # of 8, after compression: measured on the validity study
-SAMPLE = {"points": 4096, "limits": 1}  # rows, designs of the first shard that is timed
+SAMPLE = {"points": 4096, "limits": 8}  # rows, designs of the first shard that is timed
 LONG = 0.5  # seconds: a shard that takes them tells the pace
 START = 2.0  # seconds that a process takes until it computes
 
@@ -82,17 +82,16 @@ def _pace(study: Study, parts: Parts, table: str, most: int) -> float:
     """Seconds a row of points, or a design of limits, of a shard in the middle of the table."""
     plan, size = study.plan, min(SAMPLE[table], most)
     count = plan.points if table == "points" else plan.designs
-    warm = False
-    while True:
+
+    def seconds() -> float:
         start = (count - size) // 2
         shard = Shard(table, start, start + size)
-        if not warm:
-            make(plan, shard, parts)  # what is compiled once is not timed
-            warm = True
         began = time.perf_counter()
         make(plan, shard, parts)
-        took = time.perf_counter() - began
         (parts.folder / shard.file).unlink()
-        if took > LONG / 2 or size == most:
-            return took / size
+        return time.perf_counter() - began
+
+    seconds()  # what is compiled once is not timed
+    while (took := seconds()) < LONG and size < most:
         size = min(2 * size, most)
+    return took / size
