@@ -37,7 +37,8 @@ if TYPE_CHECKING:
 
 __all__ = [
     "NO_INFLOW", "ModeVerdict", "RotorVerdict", "analysis", "analysis_rows", "analysis_text", "as_csv", "as_json",
-    "fields", "header", "limit_records", "limit_table", "estimate_text", "markdown", "records", "rotor_object", "rotor_records",
+    "estimate_text", "fields", "header", "limit_records", "limit_table", "markdown", "records", "rotor_object",
+    "rotor_records",
     "rotor_text", "run_text", "stored_limits", "table", "verdict", "verdict_records", "verdict_text", "worded",
 ]  # fmt: skip
 

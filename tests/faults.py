@@ -579,6 +579,7 @@ storage = (
            "(found := digest(raw)) is None:", KEPT),
     Mutant("the first draws of more", STUDYFILE, "rng.random((count, dimensions))", "rng.random((dimensions, count)).T",
            f"{RUNS} -k drawn"),
+    Mutant("rows that stand twice", MERGING, "if shared := ratios &", "if shared := set() &", f"{RUNS} -k merge"),
     Mutant("lost columns unsaid", MERGING, "    if lost:\n", "    if False:\n", COLUMNS),
     Mutant("figures of half a mode", PLOT, "for mode in MODES if mode not in whole}", "for mode in ()}", COLUMNS),
     Mutant("words low byte first", CHUNKS, "_folded(256 * weighted)", "_folded(weighted)", PACKED),

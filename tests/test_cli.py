@@ -538,7 +538,7 @@ def test_verify_export_plot_merge_pack(run: Floquet, database: str) -> None:
     assert "wrote limits.csv" in run("export", database, "-o", "limits.csv", "--table", "limits").err
     assert len(Path("limits.csv").read_text(encoding="utf-8").splitlines()) == 15
     assert "wrote locus.svg" in run("plot", database, "root-locus", "-o", "locus.svg", "--rotor", "stiff").err
-    Path("other.toml").write_text(STUDY.replace("5.0", "6.0"), encoding="utf-8")
+    Path("other.toml").write_text(STUDY.replace("5.0", "6.0").replace("8.0", "8.5"), encoding="utf-8")
     assert run("run", "other.toml", "-o", "other.h5", "--workers", "1").status == 0
     assert run("merge", database, "other.h5", "-o", "both.h5").out == "both.h5: 28 rows of points, 28 rows of limits\n"
     assert run("verify", "both.h5").status == 0

@@ -764,7 +764,10 @@ def two(tmp_path: Path) -> tuple[Path, Path]:
     paths = []
     for name, gamma in (("a", "8.0"), ("b", "9.0")):
         text = (
-            SMALL.replace("8.0", gamma).replace("count = 60", "count = 5").replace("absolute_tolerances = [0.02]", "")
+            SMALL.replace("8.0", gamma)
+            .replace("6.0", "6.5" if name == "b" else "6.0")
+            .replace("count = 60", "count = 5")
+            .replace("absolute_tolerances = [0.02]", "")
         )
         (tmp_path / f"{name}.toml").write_text(
             "\n".join(line for line in text.splitlines() if not line.startswith("grid"))
@@ -803,6 +806,25 @@ def test_merge_refuses_what_does_not_belong_together(two: tuple[Path, Path], tmp
     with pytest.raises(InputError, match="differ in options"):
         study.merge([two[0], tmp_path / "c.h5"], tmp_path / "m.h5")
     assert not (tmp_path / "m.h5").exists()
+
+
+def test_merge_refuses_a_row_that_two_files_have_and_names_it(two: tuple[Path, Path], tmp_path: Path) -> None:
+    with store.open_file(two[0]) as file:
+        ratios = next(file.chunks("points", ["advance_ratio"]))[1]["advance_ratio"].tolist()
+    for rotors, what in (
+        ('list = [{ name = "eight", lock_number = 8.0 }, { lock_number = 9.5 }]', "the rotor 'eight' at μ"),
+        ("list = [{ lock_number = 9.5 }, { lock_number = 9.25 }]", "a rotor of lock_number 9.5, .*blades 4.* at μ"),
+    ):
+        axis = f"[axes]\nadvance_ratio = [{ratios[1]}, 0.7771]\n"
+        text = f'[study]\nname = "x"\n[rotors]\n{rotors}\n{axis}'
+        (tmp_path / "x.toml").write_text(text)
+        study.run(study.load_study(tmp_path / "x.toml"), tmp_path / "x.h5")
+        (tmp_path / "y.toml").write_text(text.replace("0.7771", "0.7772"))
+        study.run(study.load_study(tmp_path / "y.toml"), tmp_path / "y.h5")
+        with pytest.raises(InputError, match=rf"x\.h5 and .*y\.h5 both have {what} = {ratios[1]:g}.*--extend"):
+            study.merge([tmp_path / "x.h5", tmp_path / "y.h5"], tmp_path / "m.h5")
+        (tmp_path / "x.h5").unlink()
+        (tmp_path / "y.h5").unlink()
 
 
 def test_merge_refuses_a_study_run_with_maps_and_without(two: tuple[Path, Path], tmp_path: Path) -> None:
