@@ -509,7 +509,10 @@ errata = (
 )
 
 SCHEMA, FILES, WRITING, READING = (f"floquet/store/{name}.py" for name in ("schema", "files", "writing", "reading"))
-STUDY, QUERY = "floquet/study.py", "floquet/query/language.py"
+FOLDER, MERGING, PACKING, SHARDS, WORKERS = (
+    f"floquet/study/{name}.py" for name in ("folder", "merging", "packing", "shards", "workers")
+)
+QUERY = "floquet/query/language.py"
 CHUNKS, PLOT = "floquet/chunks.py", "floquet/plot/__init__.py"
 KEPT, RUNS, ASKED, PACKED = (f"tests/test_{name}.py" for name in ("store", "study", "query", "chunks"))
 COLUMNS, CUTS = f"{RUNS} -k columns", f"{RUNS} -k shards"
@@ -536,11 +539,11 @@ storage = (
     Mutant("write error forgotten", FILES, "if self.error is not None:", "if False:", KEPT),
     Mutant("imaginary part lost", READING, "out.real, out.imag = real, imaginary", "out.real, out.imag = real, 0",
            KEPT),
-    Mutant("damaged shards kept", STUDY, "return file.intact()", "return True", RUNS),
-    Mutant("another study's folder", STUDY, 'about.get("study_id") != study.id:', "False:", RUNS),
-    Mutant("shards of another study packed", STUDY, "    if wrong:\n", "    if False:\n", RUNS),
+    Mutant("damaged shards kept", SHARDS, "return file.intact()", "return True", RUNS),
+    Mutant("another study's folder", FOLDER, 'about.get("study_id") != study.id:', "False:", RUNS),
+    Mutant("shards of another study packed", PACKING, "    if wrong:\n", "    if False:\n", RUNS),
     Mutant("shards packed unchecked", READING, "!= stored[at].tobytes():", "!= stored[at].tobytes() and False:", KEPT),
-    Mutant("parts packed unfinished", STUDY, "    if missing:\n", "    if False:\n", RUNS),
+    Mutant("parts packed unfinished", PACKING, "    if missing:\n", "    if False:\n", RUNS),
     Mutant("rotors not numbered on", WRITING, 'rows["rotor"] + np.int32(rotor_offset)', 'rows["rotor"]', RUNS),
     Mutant("rotors of copied chunks not numbered on", WRITING, "                if rotor_offset:\n",
            "                if False:\n", KEPT),
@@ -551,15 +554,15 @@ storage = (
     Mutant("rows that wait are the caller's", WRITING, "[np.concatenate(pieces)] if pieces else []", "pieces", KEPT),
     Mutant("the last rows wait", WRITING, "last = self.at + self.kept == self.rows", "last = False", KEPT),
     Mutant("columns of the schema alone", SCHEMA, "name in wanted or name in ALWAYS or", "name in wanted or", KEPT),
-    Mutant("other columns gone on with", STUDY, "    if differences:\n", "    if False:\n", COLUMNS),
-    Mutant("shards of other columns packed", STUDY, 'tuple(file.columns("points")) == parts.columns', "True", COLUMNS),
-    Mutant("blocks of the shards", STUDY, "(shard.start // step + 1) * step",
+    Mutant("other columns gone on with", FOLDER, "    if differences:\n", "    if False:\n", COLUMNS),
+    Mutant("shards of other columns packed", SHARDS, 'tuple(file.columns("points")) == parts.columns', "True", COLUMNS),
+    Mutant("blocks of the shards", SHARDS, "(shard.start // step + 1) * step",
            "shard.start + step // 2", CUTS),
-    Mutant("shards of any size", STUDY,
+    Mutant("shards of any size", SHARDS,
            'math.ceil(sizes["points"] / store.schema.CHUNK_ROWS) * store.schema.CHUNK_ROWS', 'sizes["points"]', CUTS),
-    Mutant("threads times processes", STUDY, 'os.environ["FLOQUET_THREADS"] = "1"', "pass", f"{RUNS} -k thread"),
+    Mutant("threads times processes", WORKERS, 'os.environ["FLOQUET_THREADS"] = "1"', "pass", f"{RUNS} -k thread"),
     Mutant("left out without a word", QUERY, "        if name in self.left_out:\n", "        if False:\n", COLUMNS),
-    Mutant("lost columns unsaid", STUDY, "    if lost:\n", "    if False:\n", COLUMNS),
+    Mutant("lost columns unsaid", MERGING, "    if lost:\n", "    if False:\n", COLUMNS),
     Mutant("figures of half a mode", PLOT, "for mode in MODES if mode not in whole}", "for mode in ()}", COLUMNS),
     Mutant("words low byte first", CHUNKS, "_folded(256 * weighted)", "_folded(weighted)", PACKED),
     Mutant("65535 is 0", CHUNKS, "total and (total - 1) % 65535 + 1", "total % 65535", PACKED),
