@@ -393,7 +393,22 @@ roots = (
     Mutant("noise is distance", CURVES, "+ noise[which]", "", B),
     Mutant("roots found twice", CURVES, "SAME = 1e-12", "SAME = -1.0", B),
     Mutant("six secants", CURVES, "SECANTS = 60", "SECANTS = 6", B),
-    Mutant("one level", PLANE, "            (1.0, -1.0),\n", "            (1.0,),\n", B),
+    Mutant("one level", PLANE, "            LEVELS,\n", "            (1.0,),\n", B),
+    Mutant("no gap between two lines", PLANE, "if through[lowest] <= 0.0 and", "if False and", B + " -k pinched"),
+    Mutant(
+        "saddles the other way", PLANE, "(rising, falling) == (0, 2)", "(rising, falling) == (2, 2)", B + " -k pinched"
+    ),
+    Mutant("ends pass nothing", PLANE, "np.setdiff1d(some, along)", "some[:0]", B + " -k border"),
+    Mutant(
+        "a line in a boundary passes it",
+        PLANE,
+        "along = np.intersect1d(first, last)",
+        "along = first[:0]",
+        B + " -k border",
+    ),
+    Mutant("roots held back by an end", CURVES, "((x == a) | (x == b)) & beyond", "beyond & False", B + " -k piece"),
+    Mutant("no doubt at an end", CURVES, "doubtful = ~passed &", "doubtful = passed & ~passed &", B + " -k piece"),
+    Mutant("parts of a root are two", CURVES, ", 0.1 * least)", ", 0.0)", B + " -k strutt"),
     Mutant("growth for locks", PLANE, "BOUNDARIES[kind]\n", 'BOUNDARIES["growth"]\n', B),
     Mutant(
         "cells without a root kept out too early",
