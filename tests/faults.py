@@ -300,7 +300,7 @@ pieces = (
         IN_PIECES,
     ),
     Mutant("two parts of ½π", "floquet/kernels/elementary.py", "- turns * QUARTER[2]", "- 0.0 * QUARTER[2]", IN_PIECES),
-    Mutant("mean of a piece", "floquet/periodic.py", "(2.0 / (h * omega))", "(2.0 / omega)", IN_PIECES),
+    Mutant("mean of a piece", "floquet/periodic/matrix.py", "(2.0 / (h * omega))", "(2.0 / omega)", IN_PIECES),
 )
 pairing = (
     *(
@@ -717,7 +717,7 @@ maps = (
     Mutant("points next to branch points kept", TILES, "most=TOLERANCE", "most=1.0", C),
     
     Mutant("planes of three axes signed", TILES, "weight[:, -1] = np.abs(e)", "pass", C),
-    Mutant("exactness lost in parts", "floquet/periodic.py",
+    Mutant("exactness lost in parts", "floquet/periodic/system.py",
            "return replace(self, damping=None, stiffness=None, equation=equation, blade=None, blades=())",
            "D, K = equation.whole()\n"
            "                return replace(self, damping=D, stiffness=K, equation=None, blade=None, blades=())", C),
