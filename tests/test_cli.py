@@ -183,9 +183,9 @@ def test_a_verdict_tells_the_cause_where_it_changes(run: Floquet) -> None:
         "is at μ = 0.2632; the nearest split of the simple pair is at μ = 0.2002."
     )
     assert moved == (
-        "      With 10 % less or more of the Lock number γ the limit is at 0.4357 (by drift within a lock at 1 per rev) "
-        "or 0.3022 (by drift), of the hinge spring κ at 0.2742 (by drift) or 0.3615 (by drift within a lock at 1 per "
-        "rev)."
+        "      With 10 % less or more of the Lock number γ the limit is at 0.4357 (by drift within a lock at 1 "
+        "per rev) or 0.3022 (by drift), of the hinge spring κ at 0.2742 (by drift) or 0.3615 "
+        "(by drift within a lock at 1 per rev)."
     )
 
 
