@@ -53,7 +53,8 @@ tracking = (
     Mutant("negative frequencies first", "floquet/modes.py",
            "omega + one[1] < 0.0)", "omega + one[1] > 0.0)", "tests/test_modes.py"),
     Mutant("modes in order of frequency", "floquet/modes.py",
-           "key=lambda m: (*_rank(called[m]), *_within(complex(lifted[m])), m)", "key=lambda m: m", "tests/test_modes.py"),
+           "key=lambda m: (*_rank(called[m]), *_within(complex(lifted[m])), m)", "key=lambda m: m",
+           "tests/test_modes.py"),
     Mutant("order of modes the other way", TRACKS, "np.argsort(found.order)[", "found.order[", FOLLOWED),
 )  # fmt: skip
 MULTIBLADE, PLANE, VECTORS = "floquet/models/multiblade.py", "floquet/models/tip_path_plane.py", "floquet/modes.py"

@@ -26,6 +26,7 @@ LEFT_OUT = shutil.ignore_patterns(".git", ".venv", "results", "__pycache__", ".*
 
 CLI, REPORT, JUDGED = "floquet/cli.py", "floquet/report.py", "floquet/judgement.py"
 LAYERS, ASKED = "tests/test_layers.py", "tests/test_cli.py"
+AT_EDGES, DRAWN = "floquet/plot/at_edges.py", "tests/test_plot.py -k errors"
 OTHERS: tuple[Mutant, ...] = (
     Mutant("module for function", "floquet/__init__.py", "value = value.sweep", "pass", LAYERS),
     Mutant("no line in an error", "floquet/errors.py", '}:{p.line}" if p.line', '}" if p.line', ASKED),
@@ -58,6 +59,39 @@ OTHERS: tuple[Mutant, ...] = (
     Mutant("no changed cause", JUDGED, "_briefly(there) != _briefly(limit)", "False", ASKED),
     Mutant("a small move is told", JUDGED, "STILL = 0.005", "STILL = 0.0", ASKED),
     Mutant("a limit's cause at another place", JUDGED, "{_briefly(limit)}", "by drift", ASKED),
+    Mutant("spikes cut off", AT_EDGES, "if more.size:", "if False:", DRAWN),
+    Mutant("one side of an edge", AT_EDGES, "for way in ways]", "for way in ways[:1]]", DRAWN),
+    Mutant(
+        "rows of other physics believed",
+        AT_EDGES,
+        "if rotor is None or not _reproduced(rotor, mu, error, options):",
+        "if rotor is None:",
+        DRAWN,
+    ),
+    Mutant(
+        "splits where there are none", AT_EDGES, "(np.abs(roots.imag) < REAL)", "(np.abs(roots.imag) > REAL)", DRAWN
+    ),
+    Mutant(
+        "the study's physics not drawn",
+        "floquet/plot/__init__.py",
+        '{"options": _options(options)}',
+        '{"options": {}}',
+        DRAWN,
+    ),
+    Mutant(
+        "equal designs counted twice",
+        "floquet/plot/__init__.py",
+        "kept = ~np.isin(",
+        "kept = ~np.isnan(0.0 * limits['limit']) | ~np.isin(",
+        "tests/test_plot.py -k atlas",
+    ),
+    Mutant(
+        "designs of other hubs are equal",
+        "floquet/sweep.py",
+        "np.column_stack([hubs, blades, *",
+        "np.column_stack([*",
+        "tests/test_study.py -k twice",
+    ),
     Mutant("another tolerance's limits", REPORT, 'if r["tolerance"] == tolerance and', "if", ASKED),
     Mutant("inflow not mentioned", REPORT, "{LEGEND}\\n{NO_INFLOW}", "{LEGEND}", ASKED),
 )
