@@ -242,8 +242,8 @@ def _tell_repeated(plan: Plan) -> None:
     again, earlier = found[0]
     more = f" and {len(found) - 1} more" if len(found) > 1 else ""
     warnings.warn(
-        f"rotor {again} is rotor {earlier}{_called(plan, earlier)} once more{more}: [rotors] gives the same design twice, "
-        "and counts and means of rows (--by, --reduce) take it twice; leave it out of one of them",
+        f"rotor {again} is rotor {earlier}{_called(plan, earlier)} once more{more}: [rotors] gives the same design "
+        "twice, and counts and means of rows (--by, --reduce) take it twice; leave it out of one of them",
         FloquetWarning,
         stacklevel=3,
     )

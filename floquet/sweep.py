@@ -31,6 +31,7 @@ Rows = dict[str, NDArray[Any]]
 MODES = ("regressing", "coning", "advancing", "differential")
 #: Intervals of failure kept in a row of limits; their true number is a column.
 INTERVALS = 6
+DIGITS = 12  # of a parameter: 1.5 * 0.1 is the 0.15 that someone writes
 #: Raised when any number in a row changes.
 ENGINE = 3
 METRIC_COLUMNS = {
@@ -131,8 +132,8 @@ class Plan:
 
 
 def repeated(values: Rows, hubs: NDArray[np.int8], blades: NDArray[np.int16]) -> list[tuple[int, int]]:
-    """(design, the first equal to it) of designs by their parameters."""
-    table = np.column_stack([hubs, blades, *values.values()]) + 0.0  # -0 is 0
+    """(design, the first equal to it) of designs by their parameters, to :data:`DIGITS` places."""
+    table = np.round(np.column_stack([hubs, blades, *values.values()]), DIGITS) + 0.0  # -0 is 0
     _, first, which = np.unique(table, axis=0, return_index=True, return_inverse=True)
     earlier = first[which.ravel()]
     again = np.flatnonzero(earlier != np.arange(len(table)))

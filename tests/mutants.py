@@ -81,12 +81,12 @@ OTHERS: tuple[Mutant, ...] = (
     Mutant(
         "equal designs counted twice",
         "floquet/plot/__init__.py",
-        "kept = ~np.isin(",
-        "kept = ~np.isnan(0.0 * limits['limit']) | ~np.isin(",
+        'limits["rotor"], limits["rotor"][first][again]',
+        'limits["rotor"], []',
         "tests/test_plot.py -k atlas",
     ),
     Mutant(
-        "designs of other hubs are equal",
+        "designs of other numbers of blades are equal",
         "floquet/sweep.py",
         "np.column_stack([hubs, blades, *",
         "np.column_stack([*",

@@ -197,7 +197,8 @@ def test_a_design_that_is_given_twice_is_told(tmp_path: Path) -> None:
     file = tmp_path / "twice.toml"
     text = (
         '[study]\nname = "s"\nschema = 1\n[rotors]\nlist = [{lock_number = 6.0, blades = 4, name = "mine"}, '
-        "{lock_number = 8.0, hinge_offset = 0.1, offset_mass_ratio = 0.15, blades = 4}, {lock_number = 6.0, blades = 3}]\n"
+        "{lock_number = 8.0, hinge_offset = 0.1, offset_mass_ratio = 0.15, blades = 4}, "
+        "{lock_number = 6.0, blades = 3}]\n"
         "[rotors.grid]\nblades = 4\nlock_number = [6.0, 8.0]\nhinge_offset = [0.0, 0.1]\n"
         "[axes]\nadvance_ratio = [0.1, 0.2]\n"
     )
