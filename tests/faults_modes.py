@@ -14,6 +14,8 @@ sensitivity = (
     Mutant("rates of odd locks change places", RATES, "np.where(tau > 0.0, 1.0, -1.0)", "1.0", MADE),
     Mutant("m does not follow ε", RATES,
            'moves["hinge_offset"]["offset_mass_ratio"] = rotor.static_moment_ratio', "pass", MADE),
+    Mutant("37 names listed", RATES, "FEW = 12", "FEW = 99", MADE),
+    Mutant("a blade's parameter not found", RATES, "if own:", "if False:", MADE),
     Mutant("M is not carried to the nodes", RATES,
            "part(N) @ M[..., None, :, :] @ part(_inverse(N))", "M[..., None, :, :] + 0.0 * part(N)", MADE),
     Mutant("rates without the twist", RATES,

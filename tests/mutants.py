@@ -79,6 +79,13 @@ OTHERS: tuple[Mutant, ...] = (
         DRAWN,
     ),
     Mutant(
+        "a share's line beside its dots",
+        "floquet/plot/atlas.py",
+        "(1.0 - share) * len",
+        "share * len",
+        "tests/test_plot.py -k atlas",
+    ),
+    Mutant(
         "equal designs counted twice",
         "floquet/plot/__init__.py",
         'limits["rotor"], limits["rotor"][first][again]',

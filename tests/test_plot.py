@@ -701,6 +701,15 @@ def test_an_atlas_shows_the_share_of_designs_that_hold(designs: dict[str, Any], 
             limits = designs["limit"][own & (designs["lock_number"] == gamma)]
             assert len(limits) == 10
             np.testing.assert_allclose(row, [(limits > at).mean() for at in mu], atol=1e-12)
+        for share in (0.9, 0.5, 0.1):
+            (line,) = [one for one in ax.lines if one.get_gid() == f"share {share:g}"]
+            assert line.get_marker() == "o" and line.get_ydata().tolist() == [4.0, 6.0, 8.0, 10.0, 12.0, 14.0]
+            for at, gamma in line.get_xydata():
+                limits = designs["limit"][own & (designs["lock_number"] == gamma)]
+                held = (limits > 1.0) if math.isnan(at) else (limits > at - 1e-9)
+                assert held.mean() >= share - 1e-12
+                assert math.isnan(at) or (limits > at).mean() < share - 1e-12
+    assert "dots, at the 6 Lock numbers" in seen[0].get_supxlabel().replace("\n", " ")
     assert "60 designs" in seen[0].get_supxlabel() and "above 5 %" in seen[0].get_supxlabel()
     assert 0.0 < shown.mean() < 1.0
 
