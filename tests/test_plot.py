@@ -709,7 +709,7 @@ def test_an_atlas_shows_the_share_of_designs_that_hold(designs: dict[str, Any], 
                 held = (limits > 1.0) if math.isnan(at) else (limits > at - 1e-9)
                 assert held.mean() >= share - 1e-12
                 assert math.isnan(at) or (limits > at).mean() < share - 1e-12
-    assert "dots, at the 6 Lock numbers" in seen[0].get_supxlabel().replace("\n", " ")
+    assert "between the 6 Lock numbers" in seen[0].get_supxlabel().replace("\n", " ")
     assert "60 designs" in seen[0].get_supxlabel() and "above 5 %" in seen[0].get_supxlabel()
     assert 0.0 < shown.mean() < 1.0
 
