@@ -300,7 +300,7 @@ pieces = (
         IN_PIECES,
     ),
     Mutant("two parts of ½π", "floquet/kernels/elementary.py", "- turns * QUARTER[2]", "- 0.0 * QUARTER[2]", IN_PIECES),
-    Mutant("mean of a piece", "floquet/periodic.py", "(2.0 / (h * omega))", "(2.0 / omega)", IN_PIECES),
+    Mutant("mean of a piece", "floquet/periodic/matrix.py", "(2.0 / (h * omega))", "(2.0 / omega)", IN_PIECES),
 )
 pairing = (
     *(
@@ -393,7 +393,22 @@ roots = (
     Mutant("noise is distance", CURVES, "+ noise[which]", "", B),
     Mutant("roots found twice", CURVES, "SAME = 1e-12", "SAME = -1.0", B),
     Mutant("six secants", CURVES, "SECANTS = 60", "SECANTS = 6", B),
-    Mutant("one level", PLANE, "            (1.0, -1.0),\n", "            (1.0,),\n", B),
+    Mutant("one level", PLANE, "            LEVELS,\n", "            (1.0,),\n", B),
+    Mutant("no gap between two lines", PLANE, "if through[lowest] <= 0.0 and", "if False and", B + " -k pinched"),
+    Mutant(
+        "saddles the other way", PLANE, "(rising, falling) == (0, 2)", "(rising, falling) == (2, 2)", B + " -k pinched"
+    ),
+    Mutant("ends pass nothing", PLANE, "np.setdiff1d(some, along)", "some[:0]", B + " -k border"),
+    Mutant(
+        "a line in a boundary passes it",
+        PLANE,
+        "along = np.intersect1d(first, last)",
+        "along = first[:0]",
+        B + " -k border",
+    ),
+    Mutant("roots held back by an end", CURVES, "((x == a) | (x == b)) & beyond", "beyond & False", B + " -k piece"),
+    Mutant("no doubt at an end", CURVES, "doubtful = ~passed &", "doubtful = passed & ~passed &", B + " -k piece"),
+    Mutant("parts of a root are two", CURVES, ", 0.1 * least)", ", 0.0)", B + " -k strutt"),
     Mutant("growth for locks", PLANE, "BOUNDARIES[kind]\n", 'BOUNDARIES["growth"]\n', B),
     Mutant(
         "cells without a root kept out too early",
@@ -720,7 +735,7 @@ maps = (
     Mutant("points next to branch points kept", TILES, "most=TOLERANCE", "most=1.0", C),
     
     Mutant("planes of three axes signed", TILES, "weight[:, -1] = np.abs(e)", "pass", C),
-    Mutant("exactness lost in parts", "floquet/periodic.py",
+    Mutant("exactness lost in parts", "floquet/periodic/system.py",
            "return replace(self, damping=None, stiffness=None, equation=equation, blade=None, blades=())",
            "D, K = equation.whole()\n"
            "                return replace(self, damping=D, stiffness=K, equation=None, blade=None, blades=())", C),
