@@ -716,8 +716,9 @@ def test_a_limit_without_sort_stops_reading() -> None:
     assert max(start for start, _ in file.read) <= 64 + 64 * AHEAD * MOST  # those under way
     file.read.clear()
     assert Database("x", file).query(limit=64)["rotor"].size == 64
-    assert [start for start, _ in file.read] == [0]
-    assert Database("x", file).query("blades >= 2", sort="lock", limit=0)["rotor"].size == 0 and len(file.read) == 1
+    assert max(start for start, _ in file.read) <= 64 * AHEAD * MOST
+    file.read.clear()
+    assert Database("x", file).query("blades >= 2", sort="lock", limit=0)["rotor"].size == 0 and not file.read
 
 
 def test_rows_that_cannot_enter_the_best_are_not_read() -> None:

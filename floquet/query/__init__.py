@@ -435,22 +435,26 @@ class Database:
             return
         reader = self._reader
 
-        def piece(span: tuple[int, int]) -> Rows | None:
+        def tested(span: tuple[int, int]) -> tuple[Array, Rows]:
             chunk = _joined([part for _, part in reader.chunks(table, early, *span)])
             hits = np.flatnonzero(predicate.holds(chunk, span[1] - span[0]))
-            found = {name: chunk[name][hits] for name in early}
-            if best is not None:
-                admitted = best.admits(found)
-                hits, found = hits[admitted], {name: values[admitted] for name, values in found.items()}
-            if not hits.size:
-                return None
-            if late:
+            found = hits, {name: chunk[name][hits] for name in early}
+            return found if best is not None else whole(span, *found)
+
+        def whole(span: tuple[int, int], hits: Array, found: Rows) -> tuple[Array, Rows]:
+            if late and hits.size:
                 beside = _joined([part for _, part in reader.chunks(table, late, *span)])
                 found |= {name: values[hits] for name, values in beside.items()}
-            return {name: found[name] for name in read}
+            return hits, found
 
         spans = reader.spans(table, skip=predicate.skip)
-        yield from (rows for _, rows in in_order((span, partial(piece, span)) for span in spans) if rows is not None)
+        for span, (hits, found) in in_order((span, partial(tested, span)) for span in spans):
+            if best is not None:
+                admitted = best.admits(found)
+                kept = {name: values[admitted] for name, values in found.items()}
+                hits, found = whole(span, hits[admitted], kept)
+            if hits.size:
+                yield {name: found[name] for name in read}
 
     def _nothing(self, table: str, read: Sequence[str]) -> Rows:
         """No row, in the right dtypes."""
