@@ -129,12 +129,14 @@ def unpack(data: bytes, dtype: str, rows: int) -> Array:
     return numbers
 
 
-def in_order(jobs: Iterable[tuple[Key, Callable[[], Result]]]) -> Iterator[tuple[Key, Result]]:
+def in_order(jobs: Iterable[tuple[Key, Callable[[], Result]]], *, large: bool = True) -> Iterator[tuple[Key, Result]]:
     """(key, result) of (key, job) in the order of the jobs, which run on every core.
 
-    A few jobs are under way at a time, so that memory is bounded however many there are.
+    A few jobs are under way at a time, so that memory is bounded however many there are.  Without ``large`` they take
+    no more than some chunks each, and the 30 MB of :func:`floquet.kernels.keep_memory` are spared.
     """
-    keep_memory()
+    if large:
+        keep_memory()
     threads = min(cores(), MOST)
     if threads == 1:
         for key, job in jobs:

@@ -448,7 +448,7 @@ class Database:
             return hits, found
 
         spans = reader.spans(table, skip=predicate.skip)
-        for span, (hits, found) in in_order((span, partial(tested, span)) for span in spans):
+        for span, (hits, found) in in_order(((span, partial(tested, span)) for span in spans), large=False):
             if best is not None:
                 admitted = best.admits(found)
                 kept = {name: values[admitted] for name, values in found.items()}
