@@ -694,13 +694,18 @@ def _attributes(
 
 
 def merge(paths: Sequence[str | Path], out: str | Path) -> dict[str, int]:
-    """One database of several with the same engine and options; rotors are numbered on."""
-    if len(paths) < 2:
-        raise InputError("merge takes two databases or more")
+    """One database of several with the same engine and options; rotors are numbered on.
+
+    Of one, whatever release or program has written it, it is a copy as this release writes.
+    """
+    if not paths:
+        raise InputError("merge takes one database or more, and none was given")
     if Path(out).exists():
         raise InputError(f"{out} is there already: choose another name or move it away")
     with contextlib.ExitStack() as stack:
         files = [stack.enter_context(store.open_file(p)) for p in paths]
+        if len(files) == 1:
+            return _renewed(files[0], out)
         first = files[0]
         seen: dict[str, str] = {}
         for file in files:
@@ -733,6 +738,20 @@ def merge(paths: Sequence[str | Path], out: str | Path) -> dict[str, int]:
             for offset, file in zip(np.cumsum([0, *counts]), files, strict=False):
                 if table in file.tables:
                     store.copy_rows(file, writer, rotor_offset=int(offset))
+    return rows
+
+
+def _renewed(file: store.File, out: str | Path) -> dict[str, int]:
+    """A copy in the present schema, with the same rows and attributes and a line of history."""
+    now = time.strftime("%Y-%m-%dT%H:%M:%SZ", time.gmtime())
+    line = f"{now} floquet-rotor {__version__}, from schema {file.attributes['schema_version']}"
+    attributes = {name: value for name, value in file.attributes.items() if name != "attributes_digest"}
+    attributes["history"] = "\n".join(filter(None, [attributes.get("history"), line]))
+    rows = {table: file.rows(table) for table in file.tables}
+    columns = {table: _common([file], table) for table in file.tables}
+    with store.create(out, rows, attributes, columns=columns) as writers:
+        for writer in writers.values():
+            store.copy_rows(file, writer)
     return rows
 
 

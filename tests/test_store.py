@@ -105,7 +105,7 @@ def test_plain_h5py_reads_it(path: Path, rows: dict[str, Any]) -> None:
         assert (
             file["points/row"].is_scale and file["points/lock"].fletcher32 and file["points/lock"].compression == "gzip"
         )
-        assert file.attrs["title"] == "a test" and file.attrs["schema_version"] == "1.0"
+        assert file.attrs["title"] == "a test" and file.attrs["schema_version"] == "1.1"
 
 
 def test_equal_data_have_equal_digests(
