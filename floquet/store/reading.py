@@ -76,6 +76,7 @@ class File:
                 self.tables = tuple(t for t in TABLES if t in self._file)
                 self.names: tuple[str, ...] = tuple(json.loads(self.attributes.get("rotor_names", "[]")))
                 self._rows = {t: int(self._file[t]["row"].shape[0]) for t in self.tables}
+                self._name = h5py.h5f.get_name(self._file.id)
                 self._chunk_rows: dict[str, int] = {}
                 self._datasets: dict[tuple[str, str], h5py.Dataset] = {}
                 self._integrity = {t: self._read_integrity(t) for t in self.tables}
@@ -189,8 +190,9 @@ class File:
         """A variable, which must be stored in this file and nowhere else."""
         if (table, name) not in self._datasets:
             dataset = self._file[table][name]
-            elsewhere = dataset.is_virtual or dataset.external or dataset.file.filename != self._file.filename
-            if elsewhere or dataset.shape != (self._rows[table],):
+            made = dataset.id.get_create_plist()
+            elsewhere = made.get_layout() == h5py.h5d.VIRTUAL or made.get_external_count()
+            if elsewhere or h5py.h5f.get_name(dataset.id) != self._name or dataset.shape != (self._rows[table],):
                 raise ValueError(f"{table}/{name} is not stored here")
             self._datasets[table, name] = dataset
         return self._datasets[table, name]
