@@ -153,9 +153,11 @@ def truth(luck: random.Random, depth: int) -> Made:
             return f"{x} in (0, 1, 0.5)", lambda row: one(row) in (0.0, 1.0, 0.5)
 
 
-SCRAPS = ("(", ")", ",", "<", ">", "==", "!=", "<=", "&", "|", "not", "and", "in", "nearest(", "**", "9" * 30, "1e999",
+SCRAPS = ("(", ")", ",", "<", ">", "==", "!=", "<=", "&", "|", "not", "and", "in", "nearest(", "**", "9" * 30, 
+          "1e999",
           "'", '"', "\\", "\0", "\n", "é", "μ", "\u202e", "\ud800", "𝔸", "__class__", "lambda: 0", "import os", "{}",
-          "nan", "None", "[0]", ".", "..", "0x10", "1_0", "rotor_name", "lok", "5j", "-", "%", "//", ";", "#")  # fmt: skip
+          "nan", "None", "[0]", ".", "..", "0x10", "1_0", "rotor_name", "lok", "5j", "-", "%",
+          "//", ";", "#")  # fmt: skip
 
 
 def spoiled(text: str, luck: random.Random) -> str:
@@ -280,7 +282,8 @@ radius = "somewhere"
 """
 BOLD = ("inf", "-inf", "nan", "1e400", "1e308", "-1", "0", "1e-320", "1000000000", "9" * 40, "10000000", "true", "'x'",
         "''", "[]", "{}", "[[]]", "2020-01-01", "[1, 'a']", "{ start = 0, stop = 1, count = 1000000 }", "0x7f", "1_000",
-        "{ start = 1e308, stop = -1e308, count = 3 }", "'../../etc/passwd'", "'rotor.toml'", "[nan]", "1.5", '"\\u0000"',
+        "{ start = 1e308, stop = -1e308, count = 3 }", "'../../etc/passwd'", "'rotor.toml'", "[nan]", "1.5",
+        '"\\u0000"',
         "{ start = 0.0, stop = 1.0, count = 0 }", "[0.1, 0.1]", "[1, 2, 3, 4, 5]", "'" + "a" * 5000 + "'")  # fmt: skip
 
 
@@ -303,9 +306,14 @@ def spoiled_file(text: str, luck: random.Random) -> bytes:
             case 6:
                 lines[at] = spoiled(lines[at], luck)
             case _:
-                depth = luck.choice([3, 100, 10_000])
-                lines[at] = luck.choice([f"{key} = {'[' * depth}{']' * depth}", f"{key} = {'{a=' * depth}1{'}' * depth}",
-                                         "[" + "a." * depth + "a]", f"{'a.' * depth}a = 1"])  # fmt: skip
+                n = luck.choice([3, 100, 10_000])
+                deep = (
+                    f"{key} = {'[' * n}{']' * n}",
+                    f"{key} = {'{a=' * n}1{'}' * n}",
+                    f"[{'a.' * n}a]",
+                    "a." * n + "a = 1",
+                )
+                lines[at] = luck.choice(deep)
     out = bytearray("\n".join(lines).encode("utf-8", "surrogatepass"))
     for _ in range(luck.choice([0, 0, 0, 0, 1, 3])):
         out[luck.randrange(len(out) or 1) : 0] = luck.randbytes(luck.choice([1, 2, 40]))

@@ -405,6 +405,8 @@ class Database:
             known = {*present, *(named if self.names else ())}
             return list(dict.fromkeys(name for name in short if name in known or name in used))
         wanted: dict[str, None] = {}
+        if not isinstance(columns, Iterable):
+            raise QueryError(f"columns is a text or a list of names, and {short(repr(columns))} was given")
         for name in [columns] if isinstance(columns, str) else columns:
             if name == "*":
                 wanted |= dict.fromkeys([*present, *named])
