@@ -794,9 +794,11 @@ def _common(files: Sequence[store.File], table: str) -> list[str]:
     there = [file.columns(table) for file in files if table in file.tables]
     kept = [name for name in store.TABLES[table] if all(name in columns for columns in there)]
     lost = [name for name in store.TABLES[table] if name not in kept and any(name in columns for columns in there)]
+    lost += sorted(set().union(*(file.unknown(table) for file in files if table in file.tables)))
     if lost:
         warnings.warn(
-            f"columns that not every database has are left out of the table {table}: {', '.join(lost)}",
+            "columns that not every database has, or that this release does not know, are left out of the table "
+            f"{table}: {', '.join(lost)}",
             FloquetWarning,
             stacklevel=3,
         )

@@ -169,9 +169,10 @@ _HINTS = {
 _TOKEN = re.compile(
     r'"""(?:\\.|[^\\])*?"{3,5}'  # texts of several lines, which may end in up to two quotes of their own
     r"|'''.*?'{3,5}"
+    r"|\"{3}.*|'{3}.*"  # without an end: no TOML, and taken at once, lest each of many looks for its end in vain
     r'|"(?:\\.|[^"\\\n])*"'
     r"|'[^'\n]*'"
-    r"|\"{3}.*|'{3}.*|\"(?:\\.|[^\"\\\n])*"  # without an end, which is no TOML: taken at once, in time that grows as they do
+    r'|"(?:\\.|[^"\\\n])*'  # the same
     r"|\#[^\n]*"
     r"|[\n\[\]{}=,.]"
     r"""|[^\s\[\]{}=,.\#"']+""",

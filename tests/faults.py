@@ -512,6 +512,8 @@ SCHEMA, FILES, WRITING, READING = (f"floquet/store/{name}.py" for name in ("sche
 STUDY, QUERY = "floquet/study.py", "floquet/query/language.py"
 CHUNKS, PLOT = "floquet/chunks.py", "floquet/plot/__init__.py"
 KEPT, RUNS, ASKED, PACKED = (f"tests/test_{name}.py" for name in ("store", "study", "query", "chunks"))
+SEALED, SEAL, GUARD = "tests/test_seal.py", "floquet/store/seal.py", "floquet/store/guard.py"
+CHECKING = "floquet/checking.py"
 COLUMNS, CUTS = f"{RUNS} -k columns", f"{RUNS} -k shards"
 SYNC, RENAME = "        _sync(temporary)\n", "        os.replace(temporary, path)\n"
 storage = (
@@ -571,6 +573,32 @@ storage = (
     Mutant("jobs without end under way", CHUNKS, "AHEAD = 2 ", "AHEAD = 200 ", PACKED),
     Mutant("results as they come", CHUNKS, "yield _result(under_way.popleft())\n        while",
            "yield _result(under_way.pop())\n        while", PACKED),
+    Mutant("metadata unchecked", READING, "    if broken:\n", "    if False:\n", SEALED),
+    Mutant("seal of the extents alone", SEAL, "total.update(file.read(min(PIECE, length - start)))", "pass", SEALED),
+    Mutant("chunks that are not there sealed", SEAL, "np.append(0, taken.sum(axis=1))", "np.append(0, taken[:, 0])",
+           SEALED),
+    Mutant("extents unchecked", SEAL, "if not _in_order(extents, self.end):", "if False:", SEALED),
+    Mutant("sums of extents overflow", SEAL, "if np.any(first > end) or np.any(length > end):", "if False:", SEALED),
+    Mutant("files without a seal unexamined", READING, "if not seal.present and not examined:", "if False:", SEALED),
+    Mutant("words unexamined", READING, "        if not self._described():\n            raise",
+           "        if False:\n            raise", SEALED),
+    Mutant("variables from elsewhere", READING, "!= self._name or", "== b'' or", SEALED),
+    Mutant("numbers of rows unchecked", READING, "yield from self._misnumbered(table)", "pass", SEALED),
+    Mutant("a child is waited for without end", GUARD, "lines.get(timeout=patience)", "lines.get(timeout=50)", SEALED),
+    Mutant("a dead child found nothing", GUARD, "    if found is None:\n        raise DamageError",
+           "    if found is None:\n        return None\n        raise DamageError", SEALED),
+    Mutant("a child takes all memory", GUARD, "    limit_memory()\n    try:", "    try:", SEALED),
+    Mutant("modules of the working folder", GUARD, '"-P", "-m"', '"-m"', SEALED),
+    Mutant("impossible values", SCHEMA, '"a value that is not possible"', '""', SEALED),
+    Mutant("rows not compared", CHECKING, "again[name].tobytes() == value.tobytes()", "True", SEALED),
+    Mutant("another engine is equal", CHECKING, "<= bound) for name", "<= 1.0) for name", SEALED),
+    Mutant("the same engine within bounds", CHECKING, "(mapped or engine != ENGINE) and", "", SEALED),
+    Mutant("columns of a later release lost unsaid", STUDY, "lost += sorted(", "sorted(", SEALED),
+    Mutant("studies of any size", "floquet/studyfile.py", "designs * ratios > MOST_POINTS", "False", SEALED),
+    Mutant("grids of any size", "floquet/studyfile.py", "if designs > MOST_DESIGNS:", "if False:", SEALED),
+    Mutant("keys of any depth", "floquet/tomlfile.py", "if dots > MOST_DOTS:", "if False:",
+           "tests/test_tomlfile.py -k keys_without"),
+    Mutant("columns of any kind", "floquet/query/__init__.py", "if not isinstance(columns, Iterable):", "if False:", ASKED),
     Mutant("names of a query unchecked", QUERY, "        if name in self.dtypes:\n", "        if True:\n", ASKED),
 )  # fmt: skip
 

@@ -107,6 +107,10 @@ class File:
         columns = {n: c for n, c in TABLES[table].items() if n not in self.columns(table)}
         return frozenset(columns) | frozenset(stored_variables(columns))
 
+    def unknown(self, table: str) -> frozenset[str]:
+        """Variables of this table that a later release has added."""
+        return frozenset(self._known(table)) - frozenset(stored_variables(TABLES[table]))
+
     def rows(self, table: str) -> int:
         """Number of rows of a table."""
         self._known(table)
