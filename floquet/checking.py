@@ -8,9 +8,12 @@ another engine's exponents are held against the sum of the two error bounds.
 
 from __future__ import annotations
 
+import contextlib
 import json
 import sys
-from collections.abc import Callable, Mapping
+import threading
+import time
+from collections.abc import Iterator, Mapping
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
@@ -31,6 +34,7 @@ __all__ = ["SAMPLE", "Checked", "Recomputed", "check", "recompute"]
 
 Rows = dict[str, NDArray[Any]]
 SAMPLE = 20  # rows that are computed again unless told otherwise
+MOST_SECONDS = 600.0  # that computing them may take
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -96,13 +100,33 @@ def _look(path: str, sample: int, seed: int, beat: Beat) -> dict[str, Any]:
         found: dict[str, Any] = {"values": file.values(), "chunks": file.count(), "sealed": file.sealed}
         found["schema"] = str(file.attributes["schema_version"])
         unlimited_memory()
-        again = recompute(file, sample, seed, beat) if sample else None
+        with _getting_on(beat):  # where nothing is compiled yet, the first row may take a minute
+            again = recompute(file, sample, seed) if sample else None
     if again and again.others:
         raise DamageError(path, [f"points row {row}, computed again" for row in again.others])
     return {**found, "recomputed": asdict(again) if again else None}
 
 
-def recompute(file: store.File, sample: int, seed: int = 0, beat: Callable[[], None] = lambda: None) -> Recomputed:
+@contextlib.contextmanager
+def _getting_on(beat: Beat) -> Iterator[None]:
+    """Signs of life from another thread, for :data:`MOST_SECONDS` at most."""
+    done = threading.Event()
+
+    def signs() -> None:
+        end = time.monotonic() + MOST_SECONDS
+        while not done.wait(1.0) and time.monotonic() < end:
+            beat()
+
+    thread = threading.Thread(target=signs, daemon=True)
+    thread.start()
+    try:
+        yield
+    finally:
+        done.set()
+        thread.join()
+
+
+def recompute(file: store.File, sample: int, seed: int = 0) -> Recomputed:
     """Compute random rows of the points again and compare them."""
     engine = int(file.attributes.get("engine_version", 0))
     rows = file.rows("points") if "points" in file.tables else 0
@@ -113,7 +137,6 @@ def recompute(file: store.File, sample: int, seed: int = 0, beat: Callable[[], N
     model = options.pop("model")
     columns, results = list(file.columns("points")), []
     for row in chosen.tolist():
-        beat()
         [(_, stored)] = file.chunks("points", columns, row, row + 1)
         results.append(_compared(stored, None if model == "by hub" else model, options, engine))
     return Recomputed(

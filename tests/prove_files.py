@@ -31,6 +31,7 @@ import h5py
 from floquet import query, store, study
 from floquet.errors import DatabaseError
 from floquet.store import guard, reading, seal
+from floquet.study import shards
 
 COUNT, COMMANDS, SEED, PATIENCE = 25_000, 60, 1431, 10.0
 SHARES = (
@@ -65,8 +66,8 @@ def originals(folder: Path) -> dict[str, bytes]:
     toml.write_text(STUDY, encoding="utf-8")
     one = study.load_study(toml)
     study.run(one, out)
-    parts = study.Parts(folder, one.id, one.columns)
-    made = study._make(one.plan, study.Shard("points", 0, one.plan.points), parts)
+    parts = shards.Parts(folder, one.id, one.columns)
+    made = shards.make(one.plan, shards.Shard("points", 0, one.plan.points), parts)
     shutil.move(folder / made, shard)
     bare = folder / "bare.h5"
     shutil.copy(out, bare)

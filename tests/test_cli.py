@@ -554,7 +554,7 @@ def test_a_setting_that_means_nothing_is_refused(run: Floquet, monkeypatch: pyte
 
 
 def test_pack_makes_what_run_makes(run: Floquet, database: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("floquet.study.shutil.rmtree", lambda *_, **__: None)
+    monkeypatch.setattr("floquet.study.running.shutil.rmtree", lambda *_, **__: None)
     assert run("run", "small.toml", "-o", "new.h5", "--workers", "1").status == 0
     refused(run("pack", "new.h5.parts"), "new.h5 is there already")
     Path("new.h5").unlink()
