@@ -50,7 +50,8 @@ class Range(_Table):
 
     def values(self) -> list[float]:
         """The numbers."""
-        return [float(x) for x in np.linspace(self.start, self.stop, self.count)]
+        with np.errstate(all="ignore"):  # what becomes of bold ends is looked at where it is used
+            return np.linspace(self.start, self.stop, self.count).tolist()
 
 
 def _form(value: Any) -> str:

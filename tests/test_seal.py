@@ -160,7 +160,7 @@ def test_rows_that_are_numbered_wrongly_are_noticed(path: Path) -> None:
 # ---------------------------------------------------------------------- the child
 CHILDREN = {
     "dies": ("import os; os.abort()", r"crashed \(SIGABRT\)"),
-    "hangs": ("import time; time.sleep(60)", "hung"),
+    "hangs": ("import time; time.sleep(20)", "hung"),
     "fails": ("raise SystemExit(3)", r"failed \(exit status 3\)"),
     "eats": ("from floquet.store import guard; guard.answer(lambda beat: [bytes(1 << 30) for _ in range(9)], 'x')",
              "out of memory"),
