@@ -19,6 +19,7 @@ ROOT = Path(__file__).resolve().parent.parent
 sys.path.insert(0, str(ROOT))
 
 from tests.faults import FAULTS, Mutant  # noqa: E402
+from tests.faults_files import FILES  # noqa: E402
 from tests.faults_modes import MODES  # noqa: E402
 
 LEFT_OUT = shutil.ignore_patterns(".git", ".venv", "results", "__pycache__", ".*_cache", ".hypothesis", "dist", "build")
@@ -54,7 +55,7 @@ OTHERS: tuple[Mutant, ...] = (
     Mutant("another tolerance's limits", REPORT, 'if r["tolerance"] == tolerance and', "if", ASKED),
     Mutant("inflow not mentioned", REPORT, "{LEGEND}\\n{NO_INFLOW}", "{LEGEND}", ASKED),
 )
-MUTANTS = (*FAULTS, *MODES, *OTHERS)
+MUTANTS = (*FAULTS, *MODES, *FILES, *OTHERS)
 
 
 def run(tree: Path, tests: str) -> subprocess.CompletedProcess[str]:
