@@ -53,7 +53,7 @@ FILES: tuple[Mutant, ...] = (
     Mutant(
         "numbers of rows unchecked",
         READING,
-        "yield from self._misnumbered(table)",
+        "yield from self._misnumbered(table, beat)",
         "pass",
         f"{SEALED} -k numbered_wrongly",
     ),

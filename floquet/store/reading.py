@@ -292,7 +292,7 @@ class File:
             yield "attributes and schema"
         for table in self.tables:
             columns = stored_variables(TABLES[table])
-            yield from self._misnumbered(table)
+            yield from self._misnumbered(table, beat)
             for name in self._known(table):
                 wrong = dict.fromkeys(self._wrong(table, name, columns.get(name), beat))
                 yield from wrong
@@ -309,12 +309,13 @@ class File:
             if column is not None and (why := column.refuses(part)):
                 yield f"{table}/{name} ({why})"
 
-    def _misnumbered(self, table: str) -> Iterator[str]:
+    def _misnumbered(self, table: str, beat: Callable[[], None]) -> Iterator[str]:
         """The scale, if it does not number the rows."""
         step = self._chunk_rows[table]
         try:
             rows = self._dataset(table, "row")
             for first in range(0, self.rows(table), step):
+                beat()
                 part = rows[first : first + step]
                 if not np.array_equal(part, np.arange(first, first + len(part))):
                     raise ValueError

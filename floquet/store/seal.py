@@ -18,7 +18,6 @@ import hashlib
 import os
 import struct
 from collections.abc import Iterable
-from pathlib import Path
 from typing import BinaryIO
 
 import h5py
@@ -27,7 +26,7 @@ from numpy.typing import NDArray
 
 from .files import Sink
 
-__all__ = ["Seal", "add_seal", "chunk_extents", "seal_of"]
+__all__ = ["Seal", "add_seal", "chunk_extents"]
 
 MAGIC = b"\x89floquet\r\n\x1a\n\0\0\0\1"  # 16 bytes; a file that was sent as text loses it
 FOOTER = struct.Struct("<QQ16s16s")
@@ -74,13 +73,6 @@ def _digest(file: BinaryIO | Sink, extents: Extents, end: int) -> bytes:
         for start in range(0, length, PIECE):
             total.update(file.read(min(PIECE, length - start)))
     return total.digest()
-
-
-def seal_of(path: Path) -> bool | None:
-    """Whether the seal of a file holds; None if there is none."""
-    with path.open("rb") as file:
-        seal = Seal(file)
-        return seal.holds() if seal.present else None
 
 
 def chunk_extents(datasets: Iterable[h5py.Dataset]) -> list[tuple[int, int]]:
