@@ -328,11 +328,17 @@ def test_every_command_ends_with_a_sentence_on_damaged_metadata(path: Path, comm
     assert done.returncode in (1, 2) and "a.h5: " in done.stderr and "Traceback" not in done.stderr
 
 
-@pytest.mark.parametrize("where", ["grid", "points"])
-def test_studies_that_no_machine_would_finish_are_refused(tmp_path: Path, where: str) -> None:
-    many = "{ start = 0.1, stop = 0.9, count = 1000000 }"
-    grid = f"lock_number = {many}" + (f", hinge_offset = {many}" if where == "grid" else "")
-    text = f"[study]\nname = 'x'\n[rotors]\ngrid = {{ {grid} }}\n[axes]\nadvance_ratio = {many}\n"
+@pytest.mark.parametrize(("designs", "ratios", "sentence"), [
+    (4000 * 4000, 1, "has 16000000 designs, and the most is 10000000"),
+    (10**6, 10**6, "has 1000000 designs at 1000000 advance ratios, 1000000000000 points, and the most is 100000000000"),
+])  # fmt: skip
+def test_studies_that_no_machine_would_finish_are_refused(
+    tmp_path: Path, designs: int, ratios: int, sentence: str
+) -> None:
+    axis = f"{{ start = 0.1, stop = 0.9, count = {round(designs**0.5)} }}"
+    along = f"{{ start = 0.1, stop = 0.9, count = {ratios} }}"
+    grid = f"lock_number = {axis}, hinge_offset = {axis}"
+    text = f"[study]\nname = 'x'\n[rotors]\ngrid = {{ {grid} }}\n[axes]\nadvance_ratio = {along}\n"
     (tmp_path / "s.toml").write_text(text, encoding="utf-8")
-    with pytest.raises(InputError, match="cut it into several studies"):
+    with pytest.raises(InputError, match=f"{sentence}: take fewer .* cut it into several studies"):
         load_study(tmp_path / "s.toml")
