@@ -17,6 +17,7 @@ import contextlib
 import hashlib
 import json
 import math
+import warnings
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import product
@@ -28,7 +29,7 @@ from pydantic import AfterValidator, ConfigDict, Discriminator, Field, Tag, crea
 
 from . import store
 from .comparison import Metric, Model
-from .errors import ConfigError, InputError, Problem, did_you_mean, file_name
+from .errors import ConfigError, FloquetWarning, InputError, Problem, did_you_mean, file_name
 from .models import Physics
 from .rotor import PARAMETERS, Hub, Rotor, load_rotor
 from .sweep import ENGINE, Plan
@@ -230,6 +231,7 @@ def load_study(path: str | Path) -> Study:
         raise
     except InputError as error:
         raise ConfigError(path, [Problem(0, "", str(error))]) from error
+    _tell_repeated(plan)
     return Study(
         name=data.study.name,
         title=data.study.title or data.study.name,
@@ -251,6 +253,26 @@ def _check_size(designs: int, ratios: int = 1) -> None:
             f"the study has {designs} designs at {ratios} advance ratios, {designs * ratios} points, and the most is "
             f"{MOST_POINTS}: take fewer advance ratios or designs, or cut it into several studies"
         )
+
+
+def _tell_repeated(plan: Plan) -> None:
+    """Designs that are equal are computed and stored each, but should be known."""
+    found = plan.repeated()
+    if not found:
+        return
+    again, earlier = found[0]
+    more = f" and {len(found) - 1} more" if len(found) > 1 else ""
+    warnings.warn(
+        f"rotor {again} is rotor {earlier}{_called(plan, earlier)} once more{more}: [rotors] gives the same design "
+        "twice, and counts and means of rows (--by, --reduce) take it twice; leave it out of one of them",
+        FloquetWarning,
+        stacklevel=3,
+    )
+
+
+def _called(plan: Plan, design: int) -> str:
+    name = plan.design(design).name
+    return f" ({name})" if name else ""
 
 
 def _values(axis: Any) -> list[Any]:

@@ -11,6 +11,7 @@ import subprocess
 import sys
 import textwrap
 import threading
+import warnings
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Any
@@ -191,6 +192,26 @@ def test_the_order_of_a_grid_is_that_of_the_file(tmp_path: Path) -> None:
     )
     plan = study.load_study(path).plan
     assert [(plan.design(i).lock_number, plan.design(i).hinge_offset) for i in (2, 3, 4)] == [(4, 0), (12, 0), (4, 0.1)]
+
+
+def test_a_design_that_is_given_twice_is_told(tmp_path: Path) -> None:
+    """Of a list and a grid: another name or m given as it follows makes no other design, another hub or number does."""
+    file = tmp_path / "twice.toml"
+    text = (
+        '[study]\nname = "s"\nschema = 1\n[rotors]\nlist = [{lock_number = 6.0, blades = 4, name = "mine"}, '
+        "{lock_number = 8.0, hinge_offset = 0.1, offset_mass_ratio = 0.15, blades = 4}, "
+        "{lock_number = 6.0, blades = 3}]\n"
+        "[rotors.grid]\nblades = 4\nlock_number = [6.0, 8.0]\nhinge_offset = [0.0, 0.1]\n"
+        "[axes]\nadvance_ratio = [0.1, 0.2]\n"
+    )
+    file.write_text(text, encoding="utf-8")
+    with pytest.warns(FloquetWarning, match=r"rotor 3 is rotor 0 \(mine\) once more and 1 more: .* take it twice"):
+        found = study.load_study(file)
+    assert found.plan.repeated() == [(3, 0), (6, 1)]
+    file.write_text(text.replace("[6.0, 8.0]", "[6.5, 8.5]"), encoding="utf-8")
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        assert study.load_study(file).plan.repeated() == []
 
 
 def test_a_missing_rotor_file_is_named(tmp_path: Path) -> None:
