@@ -16,6 +16,7 @@ import sys
 import tempfile
 import time
 import traceback
+import warnings
 from collections import Counter
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -24,7 +25,7 @@ from typing import Any
 import numpy as np
 
 from floquet import store, study
-from floquet.errors import FloquetError
+from floquet.errors import FloquetError, FloquetWarning
 from floquet.query import Database
 from floquet.rotor import load_rotor
 from floquet.studyfile import load_study
@@ -365,6 +366,7 @@ def prove(what: str, count: int, one: Callable[[random.Random], str]) -> bool:
 def main(queries: int = QUERIES, files: int = FILES) -> int:
     """Both; exit status."""
     resource.setrlimit(resource.RLIMIT_AS, (MEMORY, resource.getrlimit(resource.RLIMIT_AS)[1]))
+    warnings.simplefilter("ignore", FloquetWarning)
     reader = Memory(40)
     with tempfile.TemporaryDirectory() as folder:
         (Path(folder) / "rotor.toml").write_text(ROTOR, encoding="utf-8")
