@@ -309,6 +309,8 @@ def test_changed_attributes_are_noticed(path: Path) -> None:
     with h5py.File(path, "r+") as file:
         file["points/lock"].attrs["units"] = "knots"
     assert store.verify(path) == ("attributes and schema",)
+    with store.File(path, examined=True) as file:
+        assert list(file.damaged()) == ["attributes and schema"]
 
 
 def test_a_value_that_is_no_flag_is_noticed(tmp_path: Path, rows: dict[str, Any]) -> None:
