@@ -3,7 +3,7 @@
 Before the command the folder holds what its operation needs::
 
     run      nothing
-    resume   two shards, of which one was cut short, and what killed writers leave behind
+    resume   its two shards, of which one was cut short, and what killed writers leave behind
     pack     all shards
     merge    two databases
 """
@@ -31,7 +31,7 @@ STUDY = """
 name = "proof"
 schema = 1
 [rotors]
-grid = {{ lock_number = [{lock_number}, 8.0] }}
+list = [{{ lock_number = {lock_number} }}]
 [axes]
 advance_ratio = {{ start = 0.0, stop = 1.0, count = 10 }}
 [compare]
@@ -78,8 +78,7 @@ def _stopped(*_: object) -> dict[str, int]:
 
 def _some_shards(folder: Path) -> Sequence[str]:
     _all_shards(folder)
-    _, cut, points = sorted(path.name for path in (folder / PARTS).glob("*-*.h5"))
-    (folder / PARTS / points).unlink()
+    _, cut = sorted(path.name for path in (folder / PARTS).glob("*-*.h5"))
     os.truncate(folder / PARTS / cut, 3000)
     for name in LEFTOVERS:
         (folder / name).write_bytes(b"half")
