@@ -21,6 +21,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from floquet import cli, store, study
+from floquet.study import running
 
 from .tracing import Call
 
@@ -63,12 +64,12 @@ def _nothing(folder: Path) -> Sequence[str]:
 
 def _all_shards(folder: Path) -> Sequence[str]:
     """The folder of a run that was stopped when it was about to pack."""
-    packing, study.pack = study.pack, _stopped
+    packing, running.pack = running.pack, _stopped
     try:
         with contextlib.suppress(KeyboardInterrupt):
             study.run(study.load_study(_study(folder.parent / "study.toml")), folder / OUT)
     finally:
-        study.pack = packing
+        running.pack = packing
     return ()
 
 

@@ -17,6 +17,7 @@ from multiprocessing.context import ForkProcess as Process
 from pathlib import Path
 
 from floquet import cluster, store, study
+from floquet.study import shards
 
 __all__ = ["DASK_KILLS", "KILLS", "main"]
 
@@ -38,7 +39,7 @@ class Kills:
     """One study, killed in several ways, and what it must give."""
 
     def __init__(self, folder: Path) -> None:
-        study.POINT_SHARD, study.LIMIT_SHARD = (10, 10), (1, 1)  # sixty shards of a small study
+        shards.POINT_SHARD, shards.LIMIT_SHARD = (10, 10), (1, 1)  # sixty shards of a small study
         self.folder, self.luck = folder, random.Random(SEED)
         (folder / "proof.toml").write_text(STUDY)
         self.study = study.load_study(folder / "proof.toml")
