@@ -17,7 +17,7 @@ from multiprocessing.context import ForkProcess as Process
 from pathlib import Path
 
 from floquet import cluster, store, study
-from floquet.study import shards
+from floquet.study import shards as cut
 
 __all__ = ["DASK_KILLS", "KILLS", "main"]
 
@@ -39,7 +39,7 @@ class Kills:
     """One study, killed in several ways, and what it must give."""
 
     def __init__(self, folder: Path) -> None:
-        shards.POINT_SHARD, shards.LIMIT_SHARD = (10, 10), (1, 1)  # sixty shards of a small study
+        cut.POINT_SHARD, cut.LIMIT_SHARD = (10, 10), (1, 1)  # sixty shards of a small study
         self.folder, self.luck = folder, random.Random(SEED)
         (folder / "proof.toml").write_text(STUDY)
         self.study = study.load_study(folder / "proof.toml")
@@ -56,9 +56,7 @@ class Kills:
         context, done, wrong, finished = multiprocessing.get_context("fork"), 0, 0, 0
         while done < kills:
             out = self.folder / f"{name}-{finished}.h5"
-            run = context.Process(
-                target=study.run, args=(self.study, out), kwargs={"resume": True, "workers": workers}
-            )
+            run = context.Process(target=study.run, args=(self.study, out), kwargs={"resume": True, "workers": workers})
             run.start()
             while done < kills and run.is_alive():
                 self.wait(out, run.join)
@@ -102,7 +100,9 @@ class Kills:
         def kill(done: int, total: int) -> None:
             if done in moments:
                 time.sleep(self.luck.uniform(0.0, 0.1))
-                while not (alive := [c.pid for c in multiprocessing.active_children() if c.pid and c.pid not in killed]):
+                while not (
+                    alive := [c.pid for c in multiprocessing.active_children() if c.pid and c.pid not in killed]
+                ):
                     time.sleep(0.01)
                 victim = self.luck.choice(sorted(alive))
                 os.kill(victim, signal.SIGKILL)
