@@ -17,9 +17,9 @@ from .shards import Parts, Shard, listed, ours, sound
 
 def pack(folder: str | Path, out: str | Path) -> dict[str, int]:
     """Check all shards of a study's folder and write them as one database; the rows of each table."""
-    folder = Path(folder)
+    folder, out = Path(folder), Path(out)
     journal = folder / "study.json"
-    if Path(out).exists():
+    if out.exists():
         raise InputError(f"{out} is there already: choose another name or move it away")
     if not journal.is_file():
         raise DatabaseError(
@@ -36,6 +36,7 @@ def pack(folder: str | Path, out: str | Path) -> dict[str, int]:
         if isinstance(error, DatabaseError):
             raise
         raise DatabaseError(folder, DAMAGED_JOURNAL) from error
+    store.remove_leftovers(out.parent, out.name)
     everything = [s for group in shards.values() for s in group]
     missing = [s for s in everything if not (folder / s.file).exists()]
     if missing:

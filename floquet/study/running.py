@@ -106,7 +106,6 @@ def run(
         )
     with locked(folder, study, resume) as sizes:
         store.remove_leftovers(folder)
-        store.remove_leftovers(out.parent, out.name)
         shards = all_shards(study.plan, sizes)
         parts = Parts(folder, study.id, study.columns)
         kept = {s for s in shards if (folder / s.file).exists() and sound(s, parts)}
