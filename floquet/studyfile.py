@@ -16,6 +16,7 @@ from __future__ import annotations
 import contextlib
 import hashlib
 import json
+import math
 import warnings
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -50,7 +51,8 @@ class Range(_Table):
 
     def values(self) -> list[float]:
         """The numbers."""
-        return [float(x) for x in np.linspace(self.start, self.stop, self.count)]
+        with np.errstate(all="ignore"):  # what becomes of bold ends is looked at where it is used
+            return np.linspace(self.start, self.stop, self.count).tolist()
 
 
 def _form(value: Any) -> str:
@@ -73,6 +75,8 @@ def _power_of_two(value: int) -> int:
 
 
 MOST = 2**23  # Sobol points
+MOST_DESIGNS = 10**7  # of a study: their parameters are kept in memory, 0.1 kB each
+MOST_POINTS = 10**11  # of a study: a day on one processor, and 30 TB if all columns are stored
 _Ranged = Annotated[Range, Tag("range")]
 Axis = Annotated[
     _Ranged | Annotated[list[float], Tag("list")], Discriminator(lambda v: _form(v).replace("one", "list"))
@@ -210,9 +214,12 @@ def load_study(path: str | Path) -> Study:
         tolerances = [(Metric.RELATIVE, t) for t in compare.tolerances] + [
             (Metric.ABSOLUTE, t) for t in compare.absolute_tolerances
         ]
+        rotors = tuple(_rotors(data.rotors, document))
         mu = data.axes.advance_ratio
+        ratios = mu.count if isinstance(mu, Range) else len(mu)
+        _check_size(sum(math.prod(rotor.shape) for rotor in rotors), ratios)
         plan = Plan(
-            rotors=tuple(_rotors(data.rotors, document)),
+            rotors=rotors,
             advance_ratio=np.array(_values(mu)),
             model=model,
             physics=physics,
@@ -232,6 +239,20 @@ def load_study(path: str | Path) -> Study:
         plan=plan,
         columns=store.chosen(data.output.columns),
     )
+
+
+def _check_size(designs: int, ratios: int = 1) -> None:
+    """Refuse what no machine would finish, before memory is taken for it."""
+    if designs > MOST_DESIGNS:
+        raise InputError(
+            f"the study has {designs} designs, and the most is {MOST_DESIGNS}: take fewer values on an axis, "
+            "spread points by rotors.sobol instead of a grid, or cut it into several studies and merge them"
+        )
+    if designs * ratios > MOST_POINTS:
+        raise InputError(
+            f"the study has {designs} designs at {ratios} advance ratios, {designs * ratios} points, and the most is "
+            f"{MOST_POINTS}: take fewer advance ratios or designs, or cut it into several studies"
+        )
 
 
 def _tell_repeated(plan: Plan) -> None:
@@ -272,7 +293,9 @@ def _rotors(table: RotorsTable, document: Document) -> Iterator[Rotor]:
     # in the order of the file, which decides the order of the rotors
     if written.get("grid"):
         with _located(document, "grid"):
-            yield from _grid({name: _values(getattr(table.grid, name)) for name in written["grid"]})
+            axes = {name: getattr(table.grid, name) for name in written["grid"]}
+            _check_size(math.prod(a.count if isinstance(a, Range) else len(_values(a)) for a in axes.values()))
+            yield from _grid({name: _values(axis) for name, axis in axes.items()})
     if written.get("sobol"):
         with _located(document, "sobol"):
             yield _sobol({name: getattr(table.sobol, name) for name in written["sobol"]})

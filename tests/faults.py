@@ -546,7 +546,7 @@ storage = (
     Mutant(
         "schema digest not checked",
         READING,
-        "        if not sound:\n            yield",
+        "        if not self._described():\n            yield",
         "        if False:\n            yield",
         KEPT,
     ),

@@ -1389,6 +1389,7 @@ def test_the_wrong_option_is_named(db: Database) -> None:
         ({"columns": ["lokc"]}, "'lokc' is no column of this table, did you mean 'lock'?"),
         ({"columns": "x; y"}, "'x; y' is no column"),
         ({"columns": []}, "no columns are asked for"),
+        ({"columns": 3}, "columns is a text or a list of names, and 3 was given"),
         ({"sort": "lock_numer"}, "did you mean 'lock_number'?"),
         ({"sort": "exponent_1"}, "exponent_1 is complex; write exponent_1_re"),
         ({"limit": -1}, "limit is a number of rows, 0 or more, and -1 was given"),

@@ -401,10 +401,12 @@ class Database:
     ) -> list[str]:
         named = (ROTOR_NAME,) if ROTOR in present else ()
         if columns is None:
-            short = [FILE, *DEFAULT_COLUMNS.get(table, present), *used]
+            few = [FILE, *DEFAULT_COLUMNS.get(table, present), *used]
             known = {*present, *(named if self.names else ())}
-            return list(dict.fromkeys(name for name in short if name in known or name in used))
+            return list(dict.fromkeys(name for name in few if name in known or name in used))
         wanted: dict[str, None] = {}
+        if not isinstance(columns, Iterable):
+            raise QueryError(f"columns is a text or a list of names, and {short(repr(columns))} was given")
         for name in [columns] if isinstance(columns, str) else columns:
             if name == "*":
                 wanted |= dict.fromkeys([*present, *named])

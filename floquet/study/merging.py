@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import hashlib
 import json
+import time
 import warnings
 from collections.abc import Sequence
 from itertools import pairwise, permutations
@@ -12,20 +13,25 @@ from pathlib import Path
 
 import numpy as np
 
-from .. import store
+from .. import __version__, store
 from ..errors import FloquetWarning, InputError
 from ..rotor import PARAMETERS
 from .packing import root_attributes
 
 
 def merge(paths: Sequence[str | Path], out: str | Path) -> dict[str, int]:
-    """One database of several with the same engine and options; rotors are numbered on."""
-    if len(paths) < 2:
-        raise InputError("merge takes two databases or more")
+    """One database of several with the same engine and options; rotors are numbered on.
+
+    Of one, whatever release or program has written it, it is a copy as this release writes.
+    """
+    if not paths:
+        raise InputError("merge takes one database or more, and none was given")
     if Path(out).exists():
         raise InputError(f"{out} is there already: choose another name or move it away")
     with contextlib.ExitStack() as stack:
         files = [stack.enter_context(store.open_file(p)) for p in paths]
+        if len(files) == 1:
+            return _renewed(files[0], out)
         first = files[0]
         seen: dict[str, str] = {}
         for file in files:
@@ -59,6 +65,20 @@ def merge(paths: Sequence[str | Path], out: str | Path) -> dict[str, int]:
             for offset, file in zip(np.cumsum([0, *counts]), files, strict=False):
                 if table in file.tables:
                     store.copy_rows(file, writer, rotor_offset=int(offset))
+    return rows
+
+
+def _renewed(file: store.File, out: str | Path) -> dict[str, int]:
+    """A copy in the present schema, with the same rows and attributes and a line of history."""
+    now = time.strftime("%Y-%m-%dT%H:%M:%SZ", time.gmtime())
+    line = f"{now} floquet-rotor {__version__}, from schema {file.attributes['schema_version']}"
+    attributes = {name: value for name, value in file.attributes.items() if name != "attributes_digest"}
+    attributes["history"] = "\n".join(filter(None, [attributes.get("history"), line]))
+    rows = {table: file.rows(table) for table in file.tables}
+    columns = {table: _common([file], table) for table in file.tables}
+    with store.create(out, rows, attributes, columns=columns) as writers:
+        for writer in writers.values():
+            store.copy_rows(file, writer)
     return rows
 
 
@@ -101,9 +121,11 @@ def _common(files: Sequence[store.File], table: str) -> list[str]:
     there = [file.columns(table) for file in files if table in file.tables]
     kept = [name for name in store.TABLES[table] if all(name in columns for columns in there)]
     lost = [name for name in store.TABLES[table] if name not in kept and any(name in columns for columns in there)]
+    lost += sorted(set().union(*(file.unknown(table) for file in files if table in file.tables)))
     if lost:
         warnings.warn(
-            f"columns that not every database has are left out of the table {table}: {', '.join(lost)}",
+            "columns that not every database has, or that this release does not know, are left out of the table "
+            f"{table}: {', '.join(lost)}",
             FloquetWarning,
             stacklevel=3,
         )
