@@ -32,11 +32,11 @@ from floquet.validity import Limit
 if TYPE_CHECKING:
     from floquet.exponents import Stability
     from floquet.query import Database
-    from floquet.study import RunReport
+    from floquet.study import Estimate, RunReport
 
 __all__ = [
-    "NO_INFLOW", "Record", "amount", "analysis", "analysis_rows", "analysis_text", "as_csv", "as_json", "fields",
-    "header", "intervals_text", "limit_records", "limit_table", "markdown", "number", "pairs", "per_rev", "records",
+    "NO_INFLOW", "Record", "amount", "analysis", "analysis_rows", "analysis_text", "as_csv", "as_json", "estimate_text",
+    "fields", "header", "intervals_text", "limit_records", "limit_table", "markdown", "number", "per_rev", "records",
     "rotor_object", "rotor_records", "rotor_text", "run_text", "stored_limits", "table", "title", "tolerance_text",
     "worded",
 ]  # fmt: skip
@@ -429,9 +429,10 @@ def fields(result: Any) -> Record:
     return {f.name: getattr(result, f.name) for f in dataclasses.fields(result)}
 
 
-def pairs(result: Any) -> str:
-    """A result as lines of name and value."""
-    return table(("what", "value"), [(name, str(value)) for name, value in fields(result).items()])
+def estimate_text(estimate: Estimate) -> str:
+    """What a study will make, and that its time is an estimate."""
+    found = {**fields(estimate), "seconds": f"about {estimate.seconds:.2g}, by a sample"}
+    return table(("what", "value"), [(name, str(value)) for name, value in found.items()])
 
 
 def run_text(finished: RunReport) -> str:
@@ -441,7 +442,8 @@ def run_text(finished: RunReport) -> str:
         return f"{finished.path} is not finished: {parts}; mend the cause and run again with --resume"
     if not finished.computed and not finished.seconds:
         return f"{finished.path} is this study already, finished: {finished.points} points"
-    return f"{finished.path}: {finished.points} points, {finished.limits} limits; {parts}, {finished.seconds:.1f} s"
+    points = f"{finished.points} points" + (f" ({finished.copied} copied)" if finished.copied else "")
+    return f"{finished.path}: {points}, {finished.limits} limits; {parts}, {finished.seconds:.1f} s"
 
 
 def worded(rows: Mapping[str, Any], columns: Mapping[str, Any]) -> dict[str, list[Any]]:

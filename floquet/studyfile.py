@@ -4,7 +4,8 @@
 
     [study]    name, schema = 1, title
     [rotors]   files = ["rotor.toml", …] | list = [{lock_number = 8.0, …}, …] | grid = {lock_number = [4, 8], …}
-               | sobol = {count = 64, seed = 1, lock_number = [4, 12], …}: any of them, one after another
+               | sobol = {count = 64, seed = 1, lock_number = [4, 12], …}
+               | random = {count = 100, seed = 1, lock_number = [4, 12], …}: any of them, one after another
     [axes]     advance_ratio = {start = 0.0, stop = 1.0, count = 401} or a list of numbers
     [compare]  model = "auto" | "flapping" | "teetering", the options of :mod:`floquet.models.physics`,
                tolerances, absolute_tolerances, mu_max, map
@@ -18,13 +19,14 @@ import hashlib
 import json
 import math
 import warnings
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import product
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
 import numpy as np
+from numpy.typing import NDArray
 from pydantic import AfterValidator, ConfigDict, Discriminator, Field, Tag, create_model
 
 from . import store
@@ -100,16 +102,21 @@ GridTable: type[_Table] = create_model(
 )  # type: ignore[call-overload]
 GridTable.__doc__ = "``[rotors.grid]``: a number, a list or a range a parameter; the rotors are their outer product."
 
-SobolTable: type[_Table] = create_model(
-    "SobolTable",
-    __base__=_Table,
-    count=(Annotated[int, AfterValidator(_power_of_two)], ...),
-    seed=(Annotated[int, Field(ge=0)], 0),
+_BOX: dict[str, Any] = {
+    "seed": (Annotated[int, Field(ge=0)], 0),
     **{name: (_Interval | None, None) for name in _NAMES},
-    blades=(int | None, None),
-    hub=(str | None, None),
-)  # type: ignore[call-overload]
+    "blades": (int | None, None),
+    "hub": (str | None, None),
+}
+SobolTable: type[_Table] = create_model(
+    "SobolTable", __base__=_Table, count=(Annotated[int, AfterValidator(_power_of_two)], ...), **_BOX
+)
 SobolTable.__doc__ = "``[rotors.sobol]``: how many points, a seed, and [low, high] of every parameter that varies."
+
+RandomTable: type[_Table] = create_model(
+    "RandomTable", __base__=_Table, count=(Annotated[int, Field(ge=1, le=10**7)], ...), **_BOX
+)
+RandomTable.__doc__ = "``[rotors.random]``: the same, of independent and even chance, in any number."
 
 
 class StudyTable(_Table):
@@ -121,12 +128,13 @@ class StudyTable(_Table):
 
 
 class RotorsTable(_Table):
-    """``[rotors]``: any of files, list, grid and sobol; their rotors follow one another."""
+    """``[rotors]``: any of files, list, grid, sobol and random; their rotors follow one another."""
 
     files: list[str] = Field(default_factory=list)
     rotors: list[dict[str, Any]] = Field(default_factory=list, alias="list")
     grid: GridTable | None = None  # type: ignore[valid-type]
     sobol: SobolTable | None = None  # type: ignore[valid-type]
+    random: RandomTable | None = None  # type: ignore[valid-type]
 
 
 class AxesTable(_Table):
@@ -281,10 +289,12 @@ def _values(axis: Any) -> list[Any]:
 
 
 def _rotors(table: RotorsTable, document: Document) -> Iterator[Rotor]:
-    """The rotors of a study in the order files, list, grid, sobol."""
+    """The rotors of a study in the order files, list, grid, sobol, random."""
     written = document.data["rotors"]
-    if not any(written.get(key) for key in ("files", "list", "grid", "sobol")):
-        raise InputError("[rotors] is empty: give files = [...], list = [...], grid = {...} or sobol = {...}")
+    if not any(written.get(key) for key in ("files", "list", "grid", *DRAWN)):
+        raise InputError(
+            "[rotors] is empty: give files = [...], list = [...], grid = {...}, sobol = {...} or random = {...}"
+        )
     for file in table.files:
         yield load_rotor(Path(document.path).parent / file)
     for i, values in enumerate(table.rotors):
@@ -296,9 +306,10 @@ def _rotors(table: RotorsTable, document: Document) -> Iterator[Rotor]:
             axes = {name: getattr(table.grid, name) for name in written["grid"]}
             _check_size(math.prod(a.count if isinstance(a, Range) else len(_values(a)) for a in axes.values()))
             yield from _grid({name: _values(axis) for name, axis in axes.items()})
-    if written.get("sobol"):
-        with _located(document, "sobol"):
-            yield _sobol({name: getattr(table.sobol, name) for name in written["sobol"]})
+    for kind in DRAWN:
+        if written.get(kind):
+            with _located(document, kind):
+                yield _drawn(kind, {name: getattr(getattr(table, kind), name) for name in written[kind]})
 
 
 @contextlib.contextmanager
@@ -333,13 +344,26 @@ def _grid(axes: dict[str, list[Any]]) -> Iterator[Rotor]:
         yield _rotor(dict(zip(outer, chosen, strict=True)) | values)
 
 
-def _sobol(spec: dict[str, Any]) -> Rotor:
-    """Sobol points in a box, scrambled with a seed."""
-    from scipy.stats import qmc
-
+def _drawn(kind: str, spec: dict[str, Any]) -> Rotor:
+    """Points in a box; the first n of more points are those of n."""
     count, seed = spec.pop("count"), spec.pop("seed", 0)
     fixed = {k: spec.pop(k) for k in ("hub", "blades") if k in spec}
     if not spec:
-        raise InputError("rotors.sobol: no parameter varies: give one [low, high], such as lock_number = [4.0, 12.0]")
-    unit = qmc.Sobol(len(spec), scramble=True, rng=np.random.default_rng(seed)).random(count)
+        raise InputError(f"rotors.{kind}: no parameter varies: give one [low, high], such as lock_number = [4.0, 12.0]")
+    unit = DRAWN[kind](np.random.default_rng(seed), count, len(spec))
     return _rotor(fixed | {name: low + (high - low) * unit[:, i] for i, (name, (low, high)) in enumerate(spec.items())})
+
+
+def _sobol(rng: np.random.Generator, count: int, dimensions: int) -> NDArray[np.float64]:
+    """Sobol points of the unit cube, scrambled."""
+    from scipy.stats import qmc
+
+    return np.asarray(qmc.Sobol(dimensions, scramble=True, rng=rng).random(count))
+
+
+def _random(rng: np.random.Generator, count: int, dimensions: int) -> NDArray[np.float64]:
+    """Independent points of the unit cube, each drawn whole before the next."""
+    return rng.random((count, dimensions))
+
+
+DRAWN: dict[str, Callable[[np.random.Generator, int, int], NDArray[np.float64]]] = {"sobol": _sobol, "random": _random}

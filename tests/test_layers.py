@@ -79,6 +79,12 @@ def test_help_loads_nothing_heavy(statement: str) -> None:
     assert done.stdout.splitlines()[-1] == "LOADED"
 
 
+def test_queries_load_no_scipy() -> None:
+    """Which is 40 MB, and half of the time to a first answer."""
+    code = "import sys; import floquet.query, floquet.store; assert not set(sys.modules) & {'scipy', 'numba', 'pandas'}"
+    subprocess.run([sys.executable, "-c", code], check=True)
+
+
 def test_public_names_resolve_and_the_sweep_function_is_not_hidden_by_its_room() -> None:
     code = (
         "import floquet.sweep, floquet\n"

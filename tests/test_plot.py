@@ -574,6 +574,10 @@ class Memory:
         if len(self.data[table]["rotor"][start:stop]):
             yield start, {name: self.data[table][name][start:stop] for name in columns}
 
+    def spans(self, table: str, start: int = 0, stop: int | None = None, skip: Any = None) -> Iterator[tuple[int, int]]:
+        if len(self.data[table]["rotor"][start:stop]):
+            yield start, self.rows(table) if stop is None else stop
+
 
 @pytest.fixture
 def database(rows: dict[str, RotorRows]) -> Database:

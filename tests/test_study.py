@@ -31,6 +31,7 @@ from floquet.errors import (
     InputError,
     ParameterError,
     QueryError,
+    StorageError,
 )
 from floquet.export import export
 from floquet.kernels import cores
@@ -106,6 +107,21 @@ def test_sobol_designs_are_in_their_box_and_the_same_every_time(tmp_path: Path) 
     assert len({r.lock_number for r in designs}) == 8 and first.id == second.id
 
 
+@pytest.mark.parametrize(("kind", "count"), [("sobol", 8), ("random", 7)])
+def test_designs_that_are_drawn_stay_as_they_are_when_there_are_more(tmp_path: Path, kind: str, count: int) -> None:
+    def drawn(count: int, seed: int = 3) -> Rotor:
+        box = f"count = {count}, seed = {seed}, lock_number = [4.0, 12.0], hinge_offset = [0.0, 0.1], blades = 5"
+        (tmp_path / "s.toml").write_text(SMALL.replace("list =", f"{kind} = {{ {box} }}\nlist ="))
+        return study.load_study(tmp_path / "s.toml").plan.rotors[-1]
+
+    few, more = drawn(count), drawn(2 * count)
+    assert few.shape == (count,) and few.blades == 5 and np.all((few.lock_number >= 4.0) & (few.lock_number <= 12.0))
+    for name in ("lock_number", "hinge_offset"):
+        np.testing.assert_array_equal(getattr(few, name), getattr(more, name)[:count])
+        assert not np.any(getattr(few, name) == getattr(drawn(count, 4), name))
+    assert len(set(more.lock_number.tolist())) == 2 * count
+
+
 def test_the_id_changes_with_every_number_that_matters(tmp_path: Path, file: Path) -> None:
     ids = {study.load_study(file).id}
     changes = {
@@ -170,6 +186,9 @@ def test_a_bad_study_is_refused_in_a_sentence(tmp_path: Path, old: str, new: str
     ("sobol = { count = 12, lock_number = [5, 6] }", "sobol.count"),
     ("sobol = { lock_number = [5, 6] }", "sobol.count"),
     ("sobol = { count = 8 }", "sobol"),
+    ("random = { count = 0, lock_number = [5, 6] }", "random.count"),
+    ("random = { count = 3, lock_number = [6, 5] }", "random.lock_number"),
+    ("random = { count = 3 }", "random"),
 ])  # fmt: skip
 def test_a_bad_grid_or_sobol_box_is_one_sentence_with_its_line(tmp_path: Path, line: str, key: str) -> None:
     path = tmp_path / "s.toml"
@@ -507,6 +526,62 @@ def test_two_runs_of_one_study_do_not_meet(file: Path, tmp_path: Path) -> None:
         study.run(study.load_study(file), out)
 
 
+def test_parts_that_a_killed_run_left_beside_its_database_go(tiny: Path, tmp_path: Path) -> None:
+    """Those of the same study, told or already without their journal; another's stay."""
+    one, out = study.load_study(tiny), tmp_path / "out.h5"
+    study.run(one, out)
+    folder = study.parts_of(out)
+    for journal, stays in ((one.id, False), (None, False), ("of another", True)):
+        folder.mkdir()
+        (folder / "points-000000000000-000000000010.h5").write_bytes(b"a shard")
+        if journal:
+            (folder / "study.json").write_text(json.dumps({"study_id": journal}))
+        assert study.run(one, out, resume=True).computed == 0
+        assert folder.exists() == stays and store.verify(out) == ()
+
+
+@pytest.mark.parametrize("name", ["with two spaces/out 1.h5", "Läufe/μ=0.35 ∂.h5", "[a]*?.h5", "-o.h5", "'quoted\".h5"])
+def test_any_name_of_a_file_will_do(tiny: Path, tmp_path: Path, name: str) -> None:
+    """Run, resumed, merged and asked from another folder, nothing left behind."""
+    out = tmp_path / "there" / name
+    out.parent.mkdir(parents=True)
+    one = study.load_study(tiny)
+    study.run(one, out)
+    (out.parent / f".{out.name}.0123456789abcdef.tmp").write_bytes(b"half a merge, killed")
+    with pytest.MonkeyPatch.context() as patch:
+        patch.chdir(out.parent)
+        assert study.run(one, Path(out.name), resume=True).computed == 0
+        with open_database(Path(out.name)) as db:
+            assert len(db.query("advance_ratio < 0.1")["lock_number"]) == 60
+        study.merge([Path(out.name)], Path(f"2 {out.name}"))
+    assert {p.name for p in out.parent.iterdir()} - {f".{out.name}.0123456789abcdef.tmp"} == {out.name, f"2 {out.name}"}
+
+
+def test_an_output_behind_a_link_is_where_the_link_is(tiny: Path, tmp_path: Path) -> None:
+    (tmp_path / "disk").mkdir()
+    (tmp_path / "link").symlink_to(tmp_path / "disk", target_is_directory=True)
+    study.run(study.load_study(tiny), tmp_path / "link" / "out.h5")
+    assert [p.name for p in (tmp_path / "disk").iterdir()] == ["out.h5"]
+
+
+@pytest.mark.skipif(not os.path.isdir("/sys/kernel"), reason="no folder here that nobody may write to")
+def test_a_folder_that_may_not_be_written_to_is_one_sentence(tiny: Path) -> None:
+    with pytest.raises(StorageError, match=r"could not be written, because .*; what was saved before is untouched"):
+        study.run(study.load_study(tiny), "/sys/kernel/out.h5")
+
+
+def test_a_database_is_read_while_it_is_extended(tiny: Path, tmp_path: Path) -> None:
+    """A reader keeps what it has opened; who opens it later finds the new one."""
+    out = tmp_path / "out.h5"
+    study.run(study.load_study(tiny), out)
+    tiny.write_text(tiny.read_text().replace("count = 300", "count = 599"))
+    with open_database(out) as db:
+        study.run(study.load_study(tiny), out, extend=True)
+        assert len(db.query("advance_ratio < 0.1")["lock_number"]) == 60
+    with open_database(out) as db:
+        assert len(db.query("advance_ratio < 0.1")["lock_number"]) == 120
+
+
 @pytest.mark.usefixtures("quick")
 def test_a_failed_shard_does_not_stop_the_others(file: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     real = shards.TABLE_ROWS["points"]
@@ -767,7 +842,10 @@ def two(tmp_path: Path) -> tuple[Path, Path]:
     paths = []
     for name, gamma in (("a", "8.0"), ("b", "9.0")):
         text = (
-            SMALL.replace("8.0", gamma).replace("count = 60", "count = 5").replace("absolute_tolerances = [0.02]", "")
+            SMALL.replace("8.0", gamma)
+            .replace("6.0", "6.5" if name == "b" else "6.0")
+            .replace("count = 60", "count = 5")
+            .replace("absolute_tolerances = [0.02]", "")
         )
         (tmp_path / f"{name}.toml").write_text(
             "\n".join(line for line in text.splitlines() if not line.startswith("grid"))
@@ -806,6 +884,25 @@ def test_merge_refuses_what_does_not_belong_together(two: tuple[Path, Path], tmp
     with pytest.raises(InputError, match="differ in options"):
         study.merge([two[0], tmp_path / "c.h5"], tmp_path / "m.h5")
     assert not (tmp_path / "m.h5").exists()
+
+
+def test_merge_refuses_a_row_that_two_files_have_and_names_it(two: tuple[Path, Path], tmp_path: Path) -> None:
+    with store.open_file(two[0]) as file:
+        ratios = next(file.chunks("points", ["advance_ratio"]))[1]["advance_ratio"].tolist()
+    for rotors, what in (
+        ('list = [{ name = "eight", lock_number = 8.0 }, { lock_number = 9.5 }]', "the rotor 'eight' at μ"),
+        ("list = [{ lock_number = 9.5 }, { lock_number = 9.25 }]", "a rotor of lock_number 9.5, .*blades 4.* at μ"),
+    ):
+        axis = f"[axes]\nadvance_ratio = [{ratios[1]}, 0.7771]\n"
+        text = f'[study]\nname = "x"\n[rotors]\n{rotors}\n{axis}'
+        (tmp_path / "x.toml").write_text(text)
+        study.run(study.load_study(tmp_path / "x.toml"), tmp_path / "x.h5")
+        (tmp_path / "y.toml").write_text(text.replace("0.7771", "0.7772"))
+        study.run(study.load_study(tmp_path / "y.toml"), tmp_path / "y.h5")
+        with pytest.raises(InputError, match=rf"x\.h5 and .*y\.h5 both have {what} = {ratios[1]:g}.*--extend"):
+            study.merge([tmp_path / "x.h5", tmp_path / "y.h5"], tmp_path / "m.h5")
+        (tmp_path / "x.h5").unlink()
+        (tmp_path / "y.h5").unlink()
 
 
 def test_merge_refuses_a_study_run_with_maps_and_without(two: tuple[Path, Path], tmp_path: Path) -> None:

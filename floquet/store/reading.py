@@ -20,7 +20,7 @@ import h5py
 import numpy as np
 from numpy.typing import NDArray
 
-from ..chunks import Packed, digest, in_order
+from ..chunks import Packed, digest, in_order, unpack
 from ..errors import DamageError, DatabaseError, file_name
 from . import schema
 from .digests import attributes_digest, integrity_digest, plain
@@ -80,6 +80,7 @@ class File:
                 self._chunk_rows: dict[str, int] = {}
                 self._datasets: dict[tuple[str, str], h5py.Dataset] = {}
                 self._integrity = {t: self._read_integrity(t) for t in self.tables}
+                self._stored = {t: self.stored(t) for t in self.tables}
         except BaseException:
             self.close()
             raise
@@ -151,6 +152,15 @@ class File:
         ``columns`` may be columns (complex ones whole) or stored variables.  ``skip(minima, maxima)`` leaves out a
         chunk by the ranges of its variables, nan apart.
         """
+        for first, last in self.spans(table, start, stop, skip):
+            chunk, begin = divmod(first, self._chunk_rows[table])
+            cut = slice(begin, begin + last - first)
+            yield first, {name: self._column(table, name, chunk)[cut] for name in columns}
+
+    def spans(
+        self, table: str, start: int = 0, stop: int | None = None, skip: Skip | None = None
+    ) -> Iterator[tuple[int, int]]:
+        """(first row, the row after the last) of the chunks that :meth:`chunks` reads."""
         variables, _, minima, maxima = self._integrity[table] if self._known(table) else ({}, None, None, None)
         total = self.rows(table)
         stop, step = total if stop is None else min(stop, total), self._chunk_rows[table]
@@ -160,22 +170,32 @@ class File:
                 low, high = ({n: float(r[i, chunk]) for n, i in variables.items()} for r in (minima, maxima))
                 if skip(low, high):
                     continue
-            cut = slice(max(start, first) - first, min(stop, first + step) - first)
-            yield max(start, first), {name: self._column(table, name, chunk)[cut] for name in columns}
+            yield max(start, first), min(stop, first + step)
 
     def _column(self, table: str, name: str, chunk: int) -> Array:
         known = self._known(table)
         if name in known:
-            return self.variable(table, name, chunk)
+            return self._numbers(table, name, chunk)
         if f"{name}_re" in known:
-            real, imaginary = (self.variable(table, f"{name}_{part}", chunk) for part in ("re", "im"))
+            real, imaginary = (self._numbers(table, f"{name}_{part}", chunk) for part in ("re", "im"))
             out = np.empty(real.shape, complex)
             out.real, out.imag = real, imaginary
             return out
         raise DatabaseError(self.path, f"the table {table} has no column {name!r}: it was written without it")
 
+    def _numbers(self, table: str, name: str, chunk: int) -> Array:
+        """One chunk of one variable, checked as it is stored where that is known: a third of the time, and no lock."""
+        if (stored := self._stored[table]) is None:
+            return self.variable(table, name, chunk)
+        packed = self._checked(table, name, chunk, self._raw(table, name, chunk), stored)
+        dataset, there = self._datasets[table, name], self.rows(table) - chunk * schema.CHUNK_ROWS
+        try:
+            return unpack(packed.data, dataset.dtype.str, dataset.chunks[0])[:there]
+        except ValueError as error:
+            raise DamageError(self.path, [self._place(table, name, chunk)]) from error
+
     def variable(self, table: str, name: str, chunk: int) -> Array:
-        """One chunk of one variable, checked."""
+        """One chunk of one variable, read by HDF5 and held against the digest of its numbers."""
         index, digests, _, _ = self._integrity[table]
         step = self._chunk_rows[table]
         try:

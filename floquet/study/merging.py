@@ -8,14 +8,14 @@ import json
 import time
 import warnings
 from collections.abc import Sequence
-from itertools import pairwise, permutations
+from itertools import combinations, pairwise, permutations
 from pathlib import Path
 
 import numpy as np
 
 from .. import __version__, store
 from ..errors import FloquetWarning, InputError
-from ..rotor import PARAMETERS
+from .extending import DESIGN
 from .packing import root_attributes
 
 
@@ -83,7 +83,7 @@ def _renewed(file: store.File, out: str | Path) -> dict[str, int]:
 
 
 def _refuse_twice(files: Sequence[store.File]) -> None:
-    """No database has every row of another, as that of one study with maps and without."""
+    """No database has a row of another: least of all every row, as that of one study with maps and without."""
     points = [_points(file) for file in files]
     for (a, mine), (b, theirs) in permutations(zip(files, points, strict=True), 2):
         if mine and all(ratios <= theirs.get(design, frozenset()) for design, ratios in mine.items()):
@@ -91,11 +91,25 @@ def _refuse_twice(files: Sequence[store.File]) -> None:
                 f"{b.path} has every design and advance ratio of {a.path}, as it is when one study was run with "
                 "map = true and without: its rows would stand twice, so give one of the two"
             )
+    for (a, mine), (b, theirs) in combinations(zip(files, points, strict=True), 2):
+        for design, ratios in mine.items():
+            if shared := ratios & theirs.get(design, frozenset()):
+                raise InputError(
+                    f"{a.path} and {b.path} both have {_described(design)} at μ = {min(shared):g}, and its row would "
+                    "stand twice: run one study of both, or let one that has grown take its rows by --extend"
+                )
+
+
+def _described(design: bytes) -> str:
+    """The name of a design, or what is not 0 of it."""
+    name, values = design[: -8 * len(DESIGN)].rstrip(b"\0").decode(), np.frombuffer(design[-8 * len(DESIGN) :])
+    given = ", ".join(f"{key} {value:g}" for key, value in zip(DESIGN, values, strict=True) if value)
+    return f"the rotor {name!r}" if name else f"a rotor of {given}"
 
 
 def _points(file: store.File) -> dict[bytes, frozenset[float]]:
     """The designs, by name and parameters, and their advance ratios."""
-    columns = ["rotor", "advance_ratio", *(p.name for p in PARAMETERS), "blades", "hub"]
+    columns = ["rotor", "advance_ratio", *DESIGN]
     found: dict[bytes, frozenset[float]] = {}
     grids: dict[bytes, frozenset[float]] = {}  # each once: all designs of a study have the same
     for _, rows in file.chunks("points", columns) if "points" in file.tables else ():
