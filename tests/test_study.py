@@ -643,7 +643,7 @@ def test_a_full_disk_in_a_worker_process_is_one_sentence(file: Path, tmp_path: P
 def _unpacked(file: Path, out: Path) -> Path:
     """The folder of a finished study whose packing did not come about."""
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(running, "pack", lambda *_: (_ for _ in ()).throw(KeyboardInterrupt))
+        patch.setattr(running, "pack", lambda *_, **__: (_ for _ in ()).throw(KeyboardInterrupt))
         with pytest.raises(KeyboardInterrupt):
             study.run(study.load_study(file), out)
     return study.parts_of(out)
