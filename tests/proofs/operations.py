@@ -73,7 +73,7 @@ def _all_shards(folder: Path) -> Sequence[str]:
     return ()
 
 
-def _stopped(*_: object) -> dict[str, int]:
+def _stopped(*_: object, **__: object) -> dict[str, int]:
     raise KeyboardInterrupt
 
 
