@@ -43,7 +43,7 @@ Reading order, which is the order in which data flow (nothing imports against it
                             → sensitivity → tracking
                             → validity → response → decoupling
                             → sweep → families → chunks → store → studyfile → cluster → study → export
-                            → query → plot → report → exhibits → cli
+                            → query → plot → report → judgement → exhibits → cli
 
 Names below are loaded when they are first used: ``import floquet`` itself loads no NumPy, SciPy, h5py or matplotlib.
 """

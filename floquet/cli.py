@@ -170,7 +170,7 @@ def rotor_of(file: str | None, values: Mapping[str, Any]) -> Rotor:
 
 def asked(one: Rotor, advance_ratio: float | None, knots: float | None) -> float | None:
     """The advance ratio that is asked for, itself or by the speed in knots with the disc level."""
-    from floquet.report import KNOT
+    from floquet.judgement import KNOT
 
     if knots is None:
         return advance_ratio
@@ -345,15 +345,15 @@ def _limits(rotors: Sequence[Rotor], style: str | None, *, tolerance: float, met
 
 def _verdicts(rotors: Sequence[Rotor], speeds: Sequence[float], style: str | None, *, metric: str, modes: Sequence[str],
               **settings: Any) -> None:  # fmt: skip
-    from floquet import report
+    from floquet import judgement
     from floquet.comparison import Metric
 
     answers = [
-        report.verdict(one, mu, metric=Metric[metric.upper()], modes=modes or None, **settings)
+        judgement.verdict(one, mu, metric=Metric[metric.upper()], modes=modes or None, **settings)
         for one, mu in zip(rotors, speeds, strict=True)
     ]
-    records = [record for answer in answers for record in report.verdict_records(answer)]
-    show(style, records, lambda: "\n\n".join(report.verdict_text(answer) for answer in answers))
+    records = [record for answer in answers for record in judgement.verdict_records(answer)]
+    show(style, records, lambda: "\n\n".join(judgement.verdict_text(answer) for answer in answers))
 
 
 @command.command()

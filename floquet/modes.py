@@ -8,6 +8,14 @@ observer counts.  In the non-rotating frame a cyclic pair (β_nc, β_ns) whirls:
     coning        β₀ dominates                 differential   β_d dominates
     advancing     forward whirl with ω ≥ n     regressing     every other whirl (with "-n" for n ≥ 2)
 
+**Order and signs.**  Modes come in the order of :func:`~floquet.compare` (regressing, coning, advancing, regressing-2,
+advancing-2, …, differential), whatever μ is; then by growth, the larger first; of a pair the member with Im η > 0
+first.  Two places can have the same share, to :data:`TIE`: in a lock at a whole number per rev p is real and turns both
+ways alike.  The first name of that order counts then, then the positive frequency; so a locked mode is σ₁ + iρ,
+σ₂ + iρ, as it is of a blade.  What this cannot do: in a lock two modes can share four exponents, and all four have the
+same dominant coordinate.  They have one name (of four blades, coning at 1 per rev, where β₀ and β_d have equal shares),
+which can be another one elsewhere in the lock, and the other is missing: :func:`~floquet.track` follows both.
+
 The single blade needs none of this: its branch is the rotation number (:mod:`floquet.exponents`).
 
 A mode of dissimilar blades does not whirl: it stays on one blade, β = T(ψ) q, and has parts of equal size in all
@@ -34,19 +42,25 @@ from .periodic import TWO_PI, PeriodicSystem
 __all__ = ["Modes", "characters", "modes", "numbered", "paired"]
 
 Complex = NDArray[np.complex128]
+TIE = 1e-6  # of the largest share: as large as that; vectors are right to 1e-9
 STEPS = 64  # azimuths of the eigenvectors: harmonics up to 31 a span, far above any model's
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Modes:
-    """Modes of one system, in the order of its :class:`~floquet.exponents.Stability`.
+    """Modes of one system: regressing, coning, advancing, regressing-2, advancing-2, …, differential.
+
+    Of one name the less damped first, of a pair the member with Im η > 0.  Those of dissimilar blades are in the order
+    of the blades, those without names in the order of :class:`~floquet.exponents.Stability`.
 
     Attributes
     ----------
     names : tuple of str
         One a mode; the two members of a pair share it.
     exponents : complex (modes,)
-        On the branch of the dominant harmonic.
+        On the branch of the dominant harmonic, the positive one of two alike.
+    order : int (modes,)
+        Place of each in the exponents of its :class:`~floquet.exponents.Stability`.
     exponent_errors : float (modes,)
     azimuths : float (steps,)
     vectors : complex (modes, steps, states)
@@ -63,6 +77,7 @@ class Modes:
 
     names: tuple[str, ...]
     exponents: Complex
+    order: NDArray[np.intp]
     exponent_errors: NDArray[np.float64]
     azimuths: NDArray[np.float64]
     vectors: Complex
@@ -98,25 +113,52 @@ def modes(system: PeriodicSystem) -> Modes:
     share = np.abs(np.swapaxes(c, 1, 2)) ** 2
     share /= share.sum(axis=(1, 2), keepdims=True)
     frequencies = np.asarray(np.fft.fftfreq(STEPS, 1.0 / STEPS) * 2.0 * math.pi / span, float)
-    dominant = [np.unravel_index(np.argmax(s), s.shape) for s in share]
-    lifted = eta + 1j * frequencies[[h for _, h in dominant]]
-    names = [_name(system.coordinates, int(i), int(h), lifted[m].imag, c[m]) for m, (i, h) in enumerate(dominant)]
+    dominant = [_dominant(system.coordinates, frequencies, eta[m].imag, share[m], c[m]) for m in range(n)]
+    names = [name for name, _ in dominant]
+    lifted = eta + 1j * np.array([frequency for _, frequency in dominant])
     motion = _of_blades(system, q, psi[:-1])
     if motion is not None and system.blades:
         for m, i in enumerate(np.argmax(_shares(motion), axis=1)):
-            h = np.argmax(np.abs(np.fft.fft(motion[m, :, i])))
-            names[m], lifted[m] = f"blade {i}", eta[m] + 1j * frequencies[h]
+            own = np.abs(np.fft.fft(motion[m, :, i]))[None, :] ** 2
+            names[m], lifted[m] = f"blade {i}", eta[m] + 1j * _dominant((), frequencies, eta[m].imag, own, own)[1]
+    called = numbered(names)
+    place = np.array(sorted(range(n), key=lambda m: (*_rank(called[m]), *_within(complex(lifted[m])), m)), np.intp)
     return Modes(
-        names=numbered(names),
-        exponents=lifted,
-        exponent_errors=np.asarray(found.exponent_errors),
+        names=tuple(called[m] for m in place),
+        exponents=lifted[place],
+        order=place,
+        exponent_errors=np.asarray(found.exponent_errors)[place],
         azimuths=psi[:-1],
-        vectors=p[:, :-1],
+        vectors=p[place, :-1],
         frequencies=frequencies,
-        participation=share,
-        closure=np.abs(p[:, -1] - p[:, 0]).max(axis=-1),
-        blades=None if motion is None else _shares(motion),
+        participation=share[place],
+        closure=np.abs(p[:, -1] - p[:, 0]).max(axis=-1)[place],
+        blades=None if motion is None else _shares(motion)[place],
     )
+
+
+def _dominant(
+    coordinates: tuple[str, ...], frequencies: NDArray[np.float64], omega: float, share: NDArray[np.float64], c: Complex
+) -> tuple[str, float]:
+    """Name and frequency of the harmonic (coordinates, harmonics) with the largest share; of several the first."""
+    places = np.argwhere(share >= (1.0 - TIE) * share.max()).tolist()
+    found = [(_name(coordinates, i, h, omega + frequencies[h], c), float(frequencies[h])) for i, h in places]
+    return min(found, key=lambda one: (*_rank(one[0]), round(abs(omega + one[1]), 9), omega + one[1] < 0.0))
+
+
+def _rank(name: str) -> tuple[int, int]:
+    """Place of a name: by the harmonic of its cyclic coordinates, then differential, blades, and what has none."""
+    kind, _, order = name.partition("-" if "-" in name else " ")
+    cyclic = ("regressing", "coning", "advancing")
+    if kind in cyclic:
+        return int(order or 1), cyclic.index(kind)
+    others = ("differential", "blade")
+    return (STEPS + others.index(kind), int(order or 0)) if kind in others else (2 * STEPS, 0)
+
+
+def _within(eta: complex) -> tuple[float, float, bool]:
+    """Place among modes of one name: by growth, then frequency, the positive one first."""
+    return -round(eta.real, 9), round(abs(eta.imag), 9), eta.imag < 0.0
 
 
 def _of_blades(system: PeriodicSystem, q: Complex, psi: NDArray[np.float64]) -> Complex | None:

@@ -1,12 +1,11 @@
-"""What people read: verdicts in words, tables, and the strict JSON of results.
+"""What people read: tables, and the strict JSON of results.
 
 A *record* is a dict with the names of the Python results.  Every command's answer is records, shown in one of three
 ways: ``table`` (aligned text), ``as_csv``, ``as_json`` (strict: nan is null, inf is "inf", complex is [re, im], an enum
 is its word).
 
-A verdict at one advance ratio says for each mode whether the simple model holds to the tolerance, why not, where the
-nearest lock edge is and what to use instead: the averaged model with more harmonics if that holds, else the Floquet
-exponents.  Every verdict says that dynamic inflow is not in the model.
+Whatever tells of stability says that dynamic inflow is not in the model.  The verdict at one advance ratio, in words,
+is :mod:`floquet.judgement`'s.
 """
 
 from __future__ import annotations
@@ -23,12 +22,12 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from floquet.comparison import Cause, Comparison, Metric, ModeComparison, Rule, compare, exact_model
+from floquet.comparison import Cause, Comparison, Metric, ModeComparison, Rule
 from floquet.errors import ParameterError
 from floquet.exponents import Reason, Verdict
 from floquet.period_map import Method
 from floquet.rotor import PARAMETERS, Hub, Rotor
-from floquet.validity import Limit, all_limits, limits, lock_windows
+from floquet.validity import Limit
 
 if TYPE_CHECKING:
     from floquet.exponents import Stability
@@ -36,31 +35,20 @@ if TYPE_CHECKING:
     from floquet.study import RunReport
 
 __all__ = [
-    "NO_INFLOW", "ModeVerdict", "RotorVerdict", "analysis", "analysis_rows", "analysis_text", "as_csv", "as_json",
-    "fields", "header", "limit_records", "limit_table", "markdown", "pairs", "records", "rotor_object", "rotor_records",
-    "rotor_text", "run_text", "stored_limits", "table", "verdict", "verdict_records", "verdict_text", "worded",
+    "NO_INFLOW", "Record", "amount", "analysis", "analysis_rows", "analysis_text", "as_csv", "as_json", "fields",
+    "header", "intervals_text", "limit_records", "limit_table", "markdown", "number", "pairs", "per_rev", "records",
+    "rotor_object", "rotor_records", "rotor_text", "run_text", "stored_limits", "table", "title", "tolerance_text",
+    "worded",
 ]  # fmt: skip
 
 Record = dict[str, Any]
 
 NO_INFLOW = "Dynamic inflow is not in the model; it matters most for the low-frequency regressing mode."
-KNOT = 1852.0 / 3600.0  # m/s
-NEARBY, CHANGE = {"lock_number": "γ", "offset_mass_ratio": "m", "hinge_stiffness": "κ"}, 0.1
-"""Parameters, and by what part, to which a limit at one advance ratio is held."""
-FINER = (2, 3, 4)  # harmonics of the averaged models that are tried where the tip-path plane fails
 LEGEND = """\
 limit: first advance ratio μ at which the simple model's error passes the tolerance; from: still failing at the last μ;
 lock edge, split edge: the nearest μ where the exact pair locks or unlocks, where the simple pair splits or merges;
 inside a lock, modes that no other meets (at 1 per rev coning and advancing) are held against the pair's mean, which is
 no exponent of the rotor: its two dampings lie on either side of it."""
-CAUSES = {
-    Cause.NONE: "the models agree",
-    Cause.DRIFT: "both pairs are complex and have drifted apart, for the simple model averages the periodic terms away",
-    Cause.LOCK: "the exact pair is locked at {lock} per rev (two dampings, one frequency), the simple model's is not",
-    Cause.TPP_SPLIT: "the simple model's pair has split into two reals, the exact pair has not",
-    Cause.DRIFT_IN_LOCK: "both pairs are split, the exact one in its lock at {lock} per rev, and lie apart",
-    Cause.STABILITY: "one of the two models is stable and the other is not",
-}
 RULES = {
     Rule.REALS: "the mode is locked on the real axis and compared with its two real exponents",
     Rule.JOINT: "two modes share the four exponents of a lock and are compared with them together",
@@ -377,7 +365,7 @@ def limit_records(rotor: Rotor, found: Iterable[Limit]) -> list[Record]:
 
 def limit_table(records: Sequence[Mapping[str, Any]]) -> str:
     """The table of limits at one tolerance: one line a rotor and mode, the rotor named once."""
-    tolerance = _tolerance(records[0]) if records else "the tolerance"
+    tolerance = tolerance_text(records[0]) if records else "the tolerance"
     about, edges = ["rotor", "N", "γ", "ν_β", "mode"], ["lock edge", "split edge"]
     headers = [*about, f"limit μ at {tolerance}", "fails at μ", "cause", *edges]
     rows: list[list[Any]] = []
@@ -399,7 +387,7 @@ def _cause(record: Mapping[str, Any]) -> str:
     return cause.name if math.isnan(lock) else f"{cause.name} at {per_rev(lock)} per rev"
 
 
-def _tolerance(record: Mapping[str, Any]) -> str:
+def tolerance_text(record: Mapping[str, Any]) -> str:
     metric = Metric[_name("metric", record["metric"])]
     size = amount(record["tolerance"], metric)
     return size if metric is Metric.RELATIVE else f"{size} {metric.name.lower()}"
@@ -463,229 +451,3 @@ def worded(rows: Mapping[str, Any], columns: Mapping[str, Any]) -> dict[str, lis
         flags = columns[name].flags if name in columns else None
         out[name] = [flags.get(value, value) for value in values.tolist()] if flags else values.tolist()
     return out
-
-
-# The verdict at one advance ratio.
-
-
-@dataclasses.dataclass(frozen=True)
-class ModeVerdict:
-    """Whether the simple model holds for a mode at one μ.
-
-    ``rule`` is what the mode is compared with; ``dampings`` are the blade's and ``simple_dampings`` the simple mode's,
-    per rev, the lesser first.  ``harmonics`` of the averaged model that holds where this one does not; 0 if none
-    does, None if none was tried.  ``nearby`` are the limits for a parameter 10 % lower and 10 % higher.
-    """
-
-    mode: str
-    valid: bool
-    error: float
-    rule: Rule
-    dampings: tuple[float, float]
-    simple_dampings: tuple[float, float]
-    cause: Cause
-    lock: float
-    limit: Limit
-    harmonics: int | None
-    harmonics_error: float
-    nearby: Mapping[str, tuple[float, float]]
-
-
-@dataclasses.dataclass(frozen=True)
-class RotorVerdict:
-    """The verdicts for the modes of a rotor at one advance ratio, and what they were judged by.
-
-    ``window`` is the lock (enter, leave, per_rev) that the advance ratio lies in, None outside a lock.
-    """
-
-    rotor: Rotor
-    advance_ratio: float
-    tolerance: float
-    metric: Metric
-    comparison: Comparison
-    modes: tuple[ModeVerdict, ...]
-    window: tuple[float, float, float] | None = None
-
-
-def verdict(
-    rotor: Rotor, advance_ratio: float, *, tolerance: float = 0.05, metric: Metric = Metric.RELATIVE,
-    modes: Sequence[str] | None = None, mu_max: float = 1.0, **options: Any,
-) -> RotorVerdict:  # fmt: skip
-    """Compare at one advance ratio, and put each mode's limit and a model that holds beside it."""
-    comparison = compare(rotor, advance_ratio, **options)
-    sought = max(mu_max, advance_ratio)
-    found = limits(rotor, tolerances=((metric, tolerance),), modes=modes, mu_max=sought, **options)
-    failing = any(not comparison[one.mode].by(metric) <= tolerance for one in found)
-    finer = FINER if failing and exact_model(rotor, options.get("model")) == "flapping" else ()
-    better = {m: compare(rotor, advance_ratio, harmonics=m, **options) for m in finer}
-    nearby = _nearby(rotor, found, sought, **options)
-    judged = tuple(
-        _judge(comparison, comparison[one.mode], one, better, near) for one, near in zip(found, nearby, strict=True)
-    )
-    window = _window(rotor, advance_ratio, float(comparison.stability.lock), sought, **options)
-    return RotorVerdict(rotor, advance_ratio, tolerance, metric, comparison, judged, window)
-
-
-def _nearby(
-    rotor: Rotor, found: Sequence[Limit], mu_max: float, **options: Any
-) -> list[dict[str, tuple[float, float]]]:
-    """For each limit those of rotors with a little less and a little more of γ, m and κ, by the parameter's name."""
-    values = {name: float(getattr(rotor, name)) for name in NEARBY}
-    names = [name for name, value in values.items() if value]
-    changed = {name: np.full(2 * len(names), value) for name, value in values.items()}
-    for i, name in enumerate(names):
-        changed[name][2 * i : 2 * i + 2] *= (1.0 - CHANGE, 1.0 + CHANGE)
-    near = all_limits(
-        rotor.replace(**changed),
-        tolerances=list(dict.fromkeys((one.metric, one.tolerance) for one in found)),
-        modes=list(dict.fromkeys(one.mode for one in found)),
-        mu_max=mu_max,
-        **options,
-    )
-    columns = [near.wanted.index((one.mode, one.metric, one.tolerance)) for one in found]
-    return [
-        {name: (float(near.limit[2 * i, k]), float(near.limit[2 * i + 1, k])) for i, name in enumerate(names)}
-        for k in columns
-    ]
-
-
-def _window(
-    rotor: Rotor, advance_ratio: float, lock: float, mu_max: float, **options: Any
-) -> tuple[float, float, float] | None:
-    """The lock that the advance ratio lies in; its edges are nan where the windows do not show it."""
-    if math.isnan(lock):
-        return None
-    inside = (w for w in lock_windows(rotor, mu_max=mu_max, **options) if w[0] <= advance_ratio <= w[1])
-    return next((w for w in inside if w[2] == lock), (math.nan, math.nan, lock))
-
-
-def _judge(
-    comparison: Comparison,
-    mode: ModeComparison,
-    limit: Limit,
-    better: Mapping[int, Comparison],
-    nearby: Mapping[str, tuple[float, float]],
-) -> ModeVerdict:
-    error = float(mode.by(limit.metric))
-    valid = error <= limit.tolerance
-    holds = {m: float(c[mode.name].by(limit.metric)) for m, c in better.items()}
-    first = None if valid or not holds else next((m for m, e in holds.items() if e <= limit.tolerance), 0)
-    return ModeVerdict(
-        mode.name, valid, error, Rule(mode.rule), _dampings(comparison.stability.exponents), _dampings(mode.simple),
-        mode.cause, mode.lock, limit, first, holds.get(first or 0, math.nan),
-        nearby,
-    )  # fmt: skip
-
-
-def _dampings(pair: Any) -> tuple[float, float]:
-    """The two dampings of a pair, the lesser first."""
-    low, high = sorted(-float(one) for one in np.real(pair))
-    return low, high
-
-
-def verdict_records(answer: RotorVerdict) -> list[Record]:
-    """One record a mode: the answer at the advance ratio, then the limit as in ``limit_records``."""
-    out = []
-    for one in answer.modes:
-        here = {
-            "advance_ratio": answer.advance_ratio, "mode": one.mode, "valid": one.valid, "error": one.error,
-            "rule_here": one.rule, "dampings": one.dampings, "simple_dampings": one.simple_dampings,
-            "cause_here": one.cause, "lock_here": one.lock, "harmonics": one.harmonics,
-            "harmonics_error": one.harmonics_error, "nearby_limits": one.nearby,
-            "verdict": Verdict(answer.comparison.stability.verdict),
-        }  # fmt: skip
-        out.append(here | limit_records(answer.rotor, [one.limit])[0] | {"note": NO_INFLOW})
-    return out
-
-
-def verdict_text(answer: RotorVerdict) -> str:
-    """A few sentences: valid or not for each mode, cause, nearest lock edge, what to use instead."""
-    known = {Verdict.STABLE: "stable", Verdict.UNSTABLE: "UNSTABLE"}
-    state = known.get(Verdict(answer.comparison.stability.verdict), "neither surely stable nor surely unstable")
-    failing = [one.mode for one in answer.modes if not one.valid]
-    mean = [one.mode for one in answer.modes if one.valid and one.rule is Rule.MEAN]
-    holds = f"does not hold for {_listed(failing)}" if failing else "holds for every mode"
-    if mean:
-        against = f"for {_listed(mean)} only against the mean of a locked pair"
-        holds += f" and holds {against}" if failing else f", {against}"
-    tolerance = _tolerance({"tolerance": answer.tolerance, "metric": answer.metric})
-    head = (
-        f"{title(answer.rotor)} at advance ratio {number(answer.advance_ratio)}"
-        f"{_speed(answer.rotor, answer.advance_ratio)}: the simple model {holds} "
-        f"(tolerance {tolerance}); by the Floquet exponents the flapping is {state}{_locked(answer.window)}."
-    )
-    return "\n".join([head, *(f"  {_sentence(one)}" for one in answer.modes), NO_INFLOW])
-
-
-def _locked(window: tuple[float, float, float] | None) -> str:
-    """``, and the blade is locked at 1 per rev (from μ = 0.1215)``."""
-    if window is None:
-        return ""
-    enter, leave, lock = window
-    until = "" if math.isinf(leave) else f" to {number(leave, 4)}"
-    where = "" if math.isnan(enter) else f" (from μ = {number(enter, 4)}{until})"
-    return f", and the blade is locked at {per_rev(lock)} per rev{where}"
-
-
-def _speed(rotor: Rotor, advance_ratio: float) -> str:
-    if not (rotor.rotor_speed and rotor.radius):
-        return ""
-    return f" ({advance_ratio * rotor.rotor_speed * rotor.radius / KNOT:.0f} knots with the disc level)"
-
-
-def _sentence(one: ModeVerdict) -> str:
-    metric, limit = Metric(one.limit.metric), one.limit
-    first = f"{one.mode}: {_judged(one, metric)}"
-    because = "" if one.valid else f", because {CAUSES[one.cause].format(lock=per_rev(one.lock))}"
-    edge = [] if math.isnan(limit.lock_edge) else [f"the nearest lock edge is at μ = {number(limit.lock_edge, 4)}"]
-    instead = [] if one.valid else [_instead(one, metric)]
-    return "; ".join([first + because, _where(limit) + _moved(one), *edge, *instead]) + "."
-
-
-def _judged(one: ModeVerdict, metric: Metric) -> str:
-    """Valid or not; against a mean, which no motion of the rotor has, with the dampings on either side."""
-    error = amount(one.error, metric)
-    if one.rule is not Rule.MEAN:
-        return f"{'valid' if one.valid else 'NOT valid'}, error {error}"
-    against = "valid against" if one.valid else "NOT valid, even against"
-    two = " and ".join(f"{value:.3f}" for value in one.dampings)
-    low, high = one.simple_dampings
-    simple = f"one, {low:.3f}" if high - low < 1e-9 else f"{low:.3f} and {high:.3f}"
-    only = " only" if one.valid else ""
-    dampings = f"the rotor has two dampings, {two} per rev, the simple model {simple}"
-    return f"{against} the mean of a locked pair{only}: {dampings}; error {error}"
-
-
-def _where(limit: Limit) -> str:
-    if not limit.intervals:
-        return f"it keeps the tolerance up to μ = {number(limit.mu_max)}"
-    return f"it fails at μ = {intervals_text(limit.intervals)}".replace("at μ = from ", "from μ = ")
-
-
-def _moved(one: ModeVerdict) -> str:
-    """How the limit moves with the rotor."""
-    share = f"{CHANGE:.0%}".replace("%", " %")
-    still, moved = [], []
-    for name, (low, high) in one.nearby.items():
-        if math.isinf(one.limit.limit) and math.isinf(low) and math.isinf(high):
-            still.append(NEARBY[name])
-        else:
-            moved.append(f"{NEARBY[name]} {share} lower: {_limit(low)}, higher: {_limit(high)}")
-    said = [f"with {_listed(still)} {share} lower or higher too"] if still else []
-    return f" ({'; '.join(said + moved)})" if one.nearby else ""
-
-
-def _limit(value: float) -> str:
-    return "none" if math.isinf(value) else number(value, 4)
-
-
-def _instead(one: ModeVerdict, metric: Metric) -> str:
-    if one.harmonics:
-        error = amount(one.harmonics_error, metric)
-        return f"use the Floquet exponents, or the averaged model with {one.harmonics} harmonics (error {error})"
-    tried = "" if one.harmonics is None else ", for no averaged model of a few harmonics holds either"
-    return f"use the Floquet exponents{tried}"
-
-
-def _listed(words: Sequence[str]) -> str:
-    return " and ".join(filter(None, [", ".join(words[:-1]), words[-1]]))

@@ -48,6 +48,7 @@ Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
 Directions = Mapping[str, Mapping[str, ArrayLike]]
 TRUSTED = 1e-8  # of a rate: errors above are those next to a branch point
+FEW = 12  # names that an error lists
 ROUNDING = 1.0  # eps of what is summed: seen are 0.1, of 500 rates in forty digits
 CHUNK = 256  # cases at once: the nodes of their panels stay near a cache
 
@@ -88,10 +89,25 @@ class Sensitivities:
             raise ParameterError(
                 "parameter",
                 parameter,
-                f"{parameter!r} does not move these exponents{did_you_mean(parameter, self.parameters)}; "
-                f"the parameters are {', '.join(self.parameters)}",
+                f"{parameter!r} does not move these exponents{self._near(parameter)}; {self._listed()}",
             )
         return self.rates[self.parameters.index(parameter)]
+
+    def _near(self, parameter: str) -> str:
+        """The parameter that was meant; of one without its blade, those of the blades."""
+        own = [name for name in self.parameters if name.rpartition(" ")[0] == parameter]
+        if own:
+            return f", but those of the blades do: {own[0]!r} to {own[-1]!r}"
+        return did_you_mean(parameter, self.parameters)
+
+    def _listed(self) -> str:
+        """The parameters, or where many are, how to list them."""
+        if len(self.parameters) <= FEW:
+            return f"the parameters are {', '.join(self.parameters)}"
+        first, last = self.parameters[0], self.parameters[-1]
+        return (
+            f"there are {len(self.parameters)} parameters, from {first!r} to {last!r}: the field parameters lists them"
+        )
 
     @property
     def reach(self) -> Array | None:
@@ -125,8 +141,9 @@ def sensitivities(
 
     Notes
     -----
-    Where ``offset_mass_ratio`` was left out it follows: ``hinge_offset`` then moves m = ε s too, and so does
-    ``static_moment_ratio``.  ``offset_mass_ratio`` itself is the rate with ε and s held.  A teetering rotor has no
+    Where ``offset_mass_ratio`` was left out it follows, m = ε s: the rate of ``hinge_offset`` is then the total one,
+    ∂η/∂ε + s ∂η/∂m, and that of ``static_moment_ratio`` is ε ∂η/∂m.  Where it was given both are partial, with m held,
+    and the second is 0.  ``offset_mass_ratio`` is ∂η/∂m with ε and s held, either way.  A teetering rotor has no
     hinge offset.  ``root_cutout`` up to the hinge does nothing, and has the rate 0 at the hinge itself.
 
     >>> s = sensitivities(Rotor(lock_number=8.0), 0.3)

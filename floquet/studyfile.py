@@ -16,6 +16,7 @@ from __future__ import annotations
 import contextlib
 import hashlib
 import json
+import warnings
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import product
@@ -27,7 +28,7 @@ from pydantic import AfterValidator, ConfigDict, Discriminator, Field, Tag, crea
 
 from . import store
 from .comparison import Metric, Model
-from .errors import ConfigError, InputError, Problem, did_you_mean, file_name
+from .errors import ConfigError, FloquetWarning, InputError, Problem, did_you_mean, file_name
 from .models import Physics
 from .rotor import PARAMETERS, Hub, Rotor, load_rotor
 from .sweep import ENGINE, Plan
@@ -223,6 +224,7 @@ def load_study(path: str | Path) -> Study:
         raise
     except InputError as error:
         raise ConfigError(path, [Problem(0, "", str(error))]) from error
+    _tell_repeated(plan)
     return Study(
         name=data.study.name,
         title=data.study.title or data.study.name,
@@ -230,6 +232,26 @@ def load_study(path: str | Path) -> Study:
         plan=plan,
         columns=store.chosen(data.output.columns),
     )
+
+
+def _tell_repeated(plan: Plan) -> None:
+    """Designs that are equal are computed and stored each, but should be known."""
+    found = plan.repeated()
+    if not found:
+        return
+    again, earlier = found[0]
+    more = f" and {len(found) - 1} more" if len(found) > 1 else ""
+    warnings.warn(
+        f"rotor {again} is rotor {earlier}{_called(plan, earlier)} once more{more}: [rotors] gives the same design "
+        "twice, and counts and means of rows (--by, --reduce) take it twice; leave it out of one of them",
+        FloquetWarning,
+        stacklevel=3,
+    )
+
+
+def _called(plan: Plan, design: int) -> str:
+    name = plan.design(design).name
+    return f" ({name})" if name else ""
 
 
 def _values(axis: Any) -> list[Any]:

@@ -31,6 +31,7 @@ Rows = dict[str, NDArray[Any]]
 MODES = ("regressing", "coning", "advancing", "differential")
 #: Intervals of failure kept in a row of limits; their true number is a column.
 INTERVALS = 6
+DIGITS = 12  # of a parameter: 1.5 * 0.1 is the 0.15 that someone writes
 #: Raised when any number in a row changes.
 ENGINE = 3
 METRIC_COLUMNS = {
@@ -113,12 +114,30 @@ class Plan:
                 column[some] = value if value.ndim == 0 else np.broadcast_to(value, rotor.shape).flat[local]
         return values, hubs, blades
 
+    def repeated(self) -> list[tuple[int, int]]:
+        """(design, the first equal to it) of every design given by itself that others equal in all but the name.
+
+        A grid or a sample has no equal designs of its own, so that with nothing else there is nothing to compare.
+        """
+        if self.designs < 2 or all(rotor.shape for rotor in self.rotors):
+            return []
+        return repeated(*self.parameters(np.arange(self.designs)))
+
     def design(self, index: int) -> Rotor:
         """One design, without arrays."""
         first: NDArray[np.intp] = self._first  # type: ignore[attr-defined]
         i = int(np.searchsorted(first, index, side="right")) - 1
         rotor = self.rotors[i]
         return rotor if not rotor.shape else rotor[np.unravel_index(index - int(first[i]), rotor.shape)]
+
+
+def repeated(values: Rows, hubs: NDArray[np.int8], blades: NDArray[np.int16]) -> list[tuple[int, int]]:
+    """(design, the first equal to it) of designs by their parameters, to :data:`DIGITS` places."""
+    table = np.round(np.column_stack([hubs, blades, *values.values()]), DIGITS) + 0.0  # -0 is 0
+    _, first, which = np.unique(table, axis=0, return_index=True, return_inverse=True)
+    earlier = first[which.ravel()]
+    again = np.flatnonzero(earlier != np.arange(len(table)))
+    return list(zip(again.tolist(), earlier[again].tolist(), strict=True))
 
 
 def sweep(

@@ -493,8 +493,8 @@ def _named(family: Family, start: _Point) -> tuple[NDArray[np.intp], tuple[str, 
     elif system.blade is not None:
         names, lifts = _of_blade(system.blade, system.degrees, eta)
     else:
-        found = modes(system)  # in the order of its stability
-        order = paired(eta, np.asarray(stability(system).exponents), start.strip)
+        found = modes(system)
+        order = np.argsort(found.order)[paired(eta, np.asarray(stability(system).exponents), start.strip)]
         names = ["" if found.names[i].startswith("mode ") else found.names[i] for i in order]
         half = 0.5 * start.strip  # what turns over with every passage is counted over two
         lifts = half * np.round((found.exponents[order].imag - eta.imag) / half)

@@ -300,7 +300,7 @@ pieces = (
         IN_PIECES,
     ),
     Mutant("two parts of ½π", "floquet/kernels/elementary.py", "- turns * QUARTER[2]", "- 0.0 * QUARTER[2]", IN_PIECES),
-    Mutant("mean of a piece", "floquet/periodic.py", "(2.0 / (h * omega))", "(2.0 / omega)", IN_PIECES),
+    Mutant("mean of a piece", "floquet/periodic/matrix.py", "(2.0 / (h * omega))", "(2.0 / omega)", IN_PIECES),
 )
 pairing = (
     *(
@@ -393,7 +393,22 @@ roots = (
     Mutant("noise is distance", CURVES, "+ noise[which]", "", B),
     Mutant("roots found twice", CURVES, "SAME = 1e-12", "SAME = -1.0", B),
     Mutant("six secants", CURVES, "SECANTS = 60", "SECANTS = 6", B),
-    Mutant("one level", PLANE, "            (1.0, -1.0),\n", "            (1.0,),\n", B),
+    Mutant("one level", PLANE, "            LEVELS,\n", "            (1.0,),\n", B),
+    Mutant("no gap between two lines", PLANE, "if through[lowest] <= 0.0 and", "if False and", B + " -k pinched"),
+    Mutant(
+        "saddles the other way", PLANE, "(rising, falling) == (0, 2)", "(rising, falling) == (2, 2)", B + " -k pinched"
+    ),
+    Mutant("ends pass nothing", PLANE, "np.setdiff1d(some, along)", "some[:0]", B + " -k border"),
+    Mutant(
+        "a line in a boundary passes it",
+        PLANE,
+        "along = np.intersect1d(first, last)",
+        "along = first[:0]",
+        B + " -k border",
+    ),
+    Mutant("roots held back by an end", CURVES, "((x == a) | (x == b)) & beyond", "beyond & False", B + " -k piece"),
+    Mutant("no doubt at an end", CURVES, "doubtful = ~passed &", "doubtful = passed & ~passed &", B + " -k piece"),
+    Mutant("parts of a root are two", CURVES, ", 0.1 * least)", ", 0.0)", B + " -k strutt"),
     Mutant("growth for locks", PLANE, "BOUNDARIES[kind]\n", 'BOUNDARIES["growth"]\n', B),
     Mutant(
         "cells without a root kept out too early",
@@ -508,56 +523,61 @@ errata = (
     ),
 )
 
-STORE, STUDY, QUERY = "floquet/store.py", "floquet/study.py", "floquet/query/language.py"
+SCHEMA, FILES, WRITING, READING = (f"floquet/store/{name}.py" for name in ("schema", "files", "writing", "reading"))
+FOLDER, MERGING, PACKING, SHARDS, WORKERS = (
+    f"floquet/study/{name}.py" for name in ("folder", "merging", "packing", "shards", "workers")
+)
+QUERY = "floquet/query/language.py"
 CHUNKS, PLOT = "floquet/chunks.py", "floquet/plot/__init__.py"
 KEPT, RUNS, ASKED, PACKED = (f"tests/test_{name}.py" for name in ("store", "study", "query", "chunks"))
 COLUMNS, CUTS = f"{RUNS} -k columns", f"{RUNS} -k shards"
 SYNC, RENAME = "        _sync(temporary)\n", "        os.replace(temporary, path)\n"
 storage = (
-    Mutant("digest not checked", STORE, "if digest(part) != digests", "if False and digest(part) != digests", KEPT),
+    Mutant("digest not checked", READING, "if digest(part) != digests", "if False and digest(part) != digests", KEPT),
     Mutant(
         "digest of ranges not checked",
-        STORE,
+        READING,
         "        if not sound:\n            raise",
         "        if False:\n            raise",
         KEPT,
     ),
-    Mutant("rename before fsync", STORE, SYNC + RENAME, RENAME + SYNC.replace("temporary", "path"), KEPT),
-    Mutant("no fsync", STORE, SYNC + RENAME, RENAME, KEPT),
+    Mutant("rename before fsync", FILES, SYNC + RENAME, RENAME + SYNC.replace("temporary", "path"), KEPT),
+    Mutant("no fsync", FILES, SYNC + RENAME, RENAME, KEPT),
     Mutant(
         "schema digest not checked",
-        STORE,
+        READING,
         "        if not sound:\n            yield",
         "        if False:\n            yield",
         KEPT,
     ),
-    Mutant("newer schema read", STORE, "> SCHEMA[0]:", "> SCHEMA[0] + 1:", KEPT),
-    Mutant("write error forgotten", STORE, "if self.error is not None:", "if False:", KEPT),
-    Mutant("imaginary part lost", STORE, "out.real, out.imag = real, imaginary", "out.real, out.imag = real, 0", KEPT),
-    Mutant("damaged shards kept", STUDY, "return file.intact()", "return True", RUNS),
-    Mutant("another study's folder", STUDY, 'about.get("study_id") != study.id:', "False:", RUNS),
-    Mutant("shards of another study packed", STUDY, "    if wrong:\n", "    if False:\n", RUNS),
-    Mutant("shards packed unchecked", STORE, "!= stored[at].tobytes():", "!= stored[at].tobytes() and False:", KEPT),
-    Mutant("parts packed unfinished", STUDY, "    if missing:\n", "    if False:\n", RUNS),
-    Mutant("rotors not numbered on", STORE, 'rows["rotor"] + np.int32(rotor_offset)', 'rows["rotor"]', RUNS),
-    Mutant("rotors of copied chunks not numbered on", STORE, "                if rotor_offset:\n",
+    Mutant("newer schema read", READING, "> SCHEMA[0]:", "> SCHEMA[0] + 1:", KEPT),
+    Mutant("write error forgotten", FILES, "if self.error is not None:", "if False:", KEPT),
+    Mutant("imaginary part lost", READING, "out.real, out.imag = real, imaginary", "out.real, out.imag = real, 0",
+           KEPT),
+    Mutant("damaged shards kept", SHARDS, "return file.intact()", "return True", RUNS),
+    Mutant("another study's folder", FOLDER, 'about.get("study_id") != study.id:', "False:", RUNS),
+    Mutant("shards of another study packed", PACKING, "    if wrong:\n", "    if False:\n", RUNS),
+    Mutant("shards packed unchecked", READING, "!= stored[at].tobytes():", "!= stored[at].tobytes() and False:", KEPT),
+    Mutant("parts packed unfinished", PACKING, "    if missing:\n", "    if False:\n", RUNS),
+    Mutant("rotors not numbered on", WRITING, 'rows["rotor"] + np.int32(rotor_offset)', 'rows["rotor"]', RUNS),
+    Mutant("rotors of copied chunks not numbered on", WRITING, "                if rotor_offset:\n",
            "                if False:\n", KEPT),
-    Mutant("chunks of another cut copied", STORE, "whole = not rows % CHUNK_ROWS or self.at + rows == self.rows",
-           "whole = True", KEPT),
-    Mutant("chunks of other filters copied", STORE, "all(_filters(d) == FILTERS and", "all(", KEPT),
-    Mutant("a filter left out of a chunk", STORE, 'b"" if left_out else bytes(data)', "bytes(data)", KEPT),
-    Mutant("rows that wait are the caller's", STORE, "[np.concatenate(pieces)] if pieces else []", "pieces", KEPT),
-    Mutant("the last rows wait", STORE, "last = self.at + self.kept == self.rows", "last = False", KEPT),
-    Mutant("columns of the schema alone", STORE, "name in wanted or name in ALWAYS or", "name in wanted or", KEPT),
-    Mutant("other columns gone on with", STUDY, "    if differences:\n", "    if False:\n", COLUMNS),
-    Mutant("shards of other columns packed", STUDY, 'tuple(file.columns("points")) == parts.columns', "True", COLUMNS),
-    Mutant("blocks of the shards", STUDY, "(shard.start // step + 1) * step",
+    Mutant("chunks of another cut copied", WRITING,
+           "whole = not rows % schema.CHUNK_ROWS or self.at + rows == self.rows", "whole = True", KEPT),
+    Mutant("chunks of other filters copied", READING, "all(_filters(d) == FILTERS and", "all(", KEPT),
+    Mutant("a filter left out of a chunk", READING, 'b"" if left_out else bytes(data)', "bytes(data)", KEPT),
+    Mutant("rows that wait are the caller's", WRITING, "[np.concatenate(pieces)] if pieces else []", "pieces", KEPT),
+    Mutant("the last rows wait", WRITING, "last = self.at + self.kept == self.rows", "last = False", KEPT),
+    Mutant("columns of the schema alone", SCHEMA, "name in wanted or name in ALWAYS or", "name in wanted or", KEPT),
+    Mutant("other columns gone on with", FOLDER, "    if differences:\n", "    if False:\n", COLUMNS),
+    Mutant("shards of other columns packed", SHARDS, 'tuple(file.columns("points")) == parts.columns', "True", COLUMNS),
+    Mutant("blocks of the shards", SHARDS, "(shard.start // step + 1) * step",
            "shard.start + step // 2", CUTS),
-    Mutant("shards of any size", STUDY, "math.ceil(sizes[\"points\"] / store.CHUNK_ROWS) * store.CHUNK_ROWS",
-           'sizes["points"]', CUTS),
-    Mutant("threads times processes", STUDY, 'os.environ["FLOQUET_THREADS"] = "1"', "pass", f"{RUNS} -k thread"),
+    Mutant("shards of any size", SHARDS,
+           'math.ceil(sizes["points"] / store.schema.CHUNK_ROWS) * store.schema.CHUNK_ROWS', 'sizes["points"]', CUTS),
+    Mutant("threads times processes", WORKERS, 'os.environ["FLOQUET_THREADS"] = "1"', "pass", f"{RUNS} -k thread"),
     Mutant("left out without a word", QUERY, "        if name in self.left_out:\n", "        if False:\n", COLUMNS),
-    Mutant("lost columns unsaid", STUDY, "    if lost:\n", "    if False:\n", COLUMNS),
+    Mutant("lost columns unsaid", MERGING, "    if lost:\n", "    if False:\n", COLUMNS),
     Mutant("figures of half a mode", PLOT, "for mode in MODES if mode not in whole}", "for mode in ()}", COLUMNS),
     Mutant("words low byte first", CHUNKS, "_folded(256 * weighted)", "_folded(weighted)", PACKED),
     Mutant("65535 is 0", CHUNKS, "total and (total - 1) % 65535 + 1", "total % 65535", PACKED),
@@ -697,7 +717,7 @@ maps = (
     Mutant("points next to branch points kept", TILES, "most=TOLERANCE", "most=1.0", C),
     
     Mutant("planes of three axes signed", TILES, "weight[:, -1] = np.abs(e)", "pass", C),
-    Mutant("exactness lost in parts", "floquet/periodic.py",
+    Mutant("exactness lost in parts", "floquet/periodic/system.py",
            "return replace(self, damping=None, stiffness=None, equation=equation, blade=None, blades=())",
            "D, K = equation.whole()\n"
            "                return replace(self, damping=D, stiffness=K, equation=None, blade=None, blades=())", C),

@@ -14,6 +14,8 @@ sensitivity = (
     Mutant("rates of odd locks change places", RATES, "np.where(tau > 0.0, 1.0, -1.0)", "1.0", MADE),
     Mutant("m does not follow ε", RATES,
            'moves["hinge_offset"]["offset_mass_ratio"] = rotor.static_moment_ratio', "pass", MADE),
+    Mutant("37 names listed", RATES, "FEW = 12", "FEW = 99", MADE),
+    Mutant("a blade's parameter not found", RATES, "if own:", "if False:", MADE),
     Mutant("M is not carried to the nodes", RATES,
            "part(N) @ M[..., None, :, :] @ part(_inverse(N))", "M[..., None, :, :] + 0.0 * part(N)", MADE),
     Mutant("rates without the twist", RATES,
@@ -48,6 +50,14 @@ tracking = (
            "matrix if system.twist is None else system.twist[:, None] * matrix", "matrix", FOLLOWED),
     Mutant("whirls of the plane reversed", "floquet/modes.py",
            "forward = omega * whirl < 0 and", "forward = omega * whirl > 0 and", f"{FOLLOWED} tests/test_modes.py"),
+    Mutant("rounding decides between equal shares", "floquet/modes.py",
+           "TIE = 1e-6", "TIE = 0.0", "tests/test_modes.py"),
+    Mutant("negative frequencies first", "floquet/modes.py",
+           "omega + one[1] < 0.0)", "omega + one[1] > 0.0)", "tests/test_modes.py"),
+    Mutant("modes in order of frequency", "floquet/modes.py",
+           "key=lambda m: (*_rank(called[m]), *_within(complex(lifted[m])), m)", "key=lambda m: m",
+           "tests/test_modes.py"),
+    Mutant("order of modes the other way", TRACKS, "np.argsort(found.order)[", "found.order[", FOLLOWED),
 )  # fmt: skip
 MULTIBLADE, PLANE, VECTORS = "floquet/models/multiblade.py", "floquet/models/tip_path_plane.py", "floquet/modes.py"
 EACH = "tests/test_dissimilar.py"

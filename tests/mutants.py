@@ -24,7 +24,9 @@ from tests.faults_modes import MODES  # noqa: E402
 LEFT_OUT = shutil.ignore_patterns(".git", ".venv", "results", "__pycache__", ".*_cache", ".hypothesis", "dist", "build")
 
 
-CLI, REPORT, LAYERS, ASKED = "floquet/cli.py", "floquet/report.py", "tests/test_layers.py", "tests/test_cli.py"
+CLI, REPORT, JUDGED = "floquet/cli.py", "floquet/report.py", "floquet/judgement.py"
+LAYERS, ASKED = "tests/test_layers.py", "tests/test_cli.py"
+AT_EDGES, DRAWN = "floquet/plot/at_edges.py", "tests/test_plot.py -k errors"
 OTHERS: tuple[Mutant, ...] = (
     Mutant("module for function", "floquet/__init__.py", "value = value.sweep", "pass", LAYERS),
     Mutant("no line in an error", "floquet/errors.py", '}:{p.line}" if p.line', '}" if p.line', ASKED),
@@ -32,7 +34,7 @@ OTHERS: tuple[Mutant, ...] = (
     Mutant("failed parts are done", CLI, "return 3 if finished.failed else 0", "return 0", ASKED),
     Mutant("damage is done", CLI, "_fail(str(DamageError(file, places)), 1) if places else 0", "0", ASKED),
     Mutant("no room is bad input", CLI, "1 if isinstance(error, FailedError) else 2", "2", ASKED),
-    Mutant("limits of other rotors", REPORT, "(1.0 - CHANGE, 1.0 + CHANGE)", "(1.0 + CHANGE, 1.0 - CHANGE)", ASKED),
+    Mutant("limits of other rotors", JUDGED, "(1.0 - CHANGE, 1.0 + CHANGE)", "(1.0 + CHANGE, 1.0 - CHANGE)", ASKED),
     Mutant("a warning for every call", CLI, "said.add(text)", "pass", ASKED),
     Mutant("teetering with four blades", CLI, 'changes.setdefault("blades", 2)', "pass", ASKED),
     Mutant("flags forgotten", CLI, "load_rotor(file).replace(**changes)", "load_rotor(file)", ASKED),
@@ -46,11 +48,57 @@ OTHERS: tuple[Mutant, ...] = (
     Mutant("doubling for halving", REPORT, "-math.log(2.0) / (sigma", "math.log(2.0) / (sigma", ASKED),
     Mutant("the mean decays", REPORT, "math.nan if mode.rule == Rule.MEAN else", "", ASKED),
     Mutant("Hz without 2π", REPORT, "rotor_speed / math.tau for s", "rotor_speed for s", ASKED),
-    Mutant("miles for knots", REPORT, "KNOT = 1852.0", "KNOT = 1609.0", ASKED),
+    Mutant("miles for knots", JUDGED, "KNOT = 1852.0", "KNOT = 1609.0", ASKED),
     Mutant(
-        "valid above tolerance", REPORT, "valid = error <= limit.tolerance", "valid = error > limit.tolerance", ASKED
+        "valid above tolerance", JUDGED, "valid = error <= limit.tolerance", "valid = error > limit.tolerance", ASKED
     ),
-    Mutant("advice that fails", REPORT, "if e <= limit.tolerance), 0)", "), 0)", ASKED),
+    Mutant("advice that fails", JUDGED, "if e <= limit.tolerance), 0)", "), 0)", ASKED),
+    Mutant(
+        "m held while ε is moved", JUDGED, "and rotor.offset_mass_derived else [name]", "and False else [name]", ASKED
+    ),
+    Mutant("no changed cause", JUDGED, "_briefly(there) != _briefly(limit)", "False", ASKED),
+    Mutant("a small move is told", JUDGED, "STILL = 0.005", "STILL = 0.0", ASKED),
+    Mutant("a limit's cause at another place", JUDGED, "{_briefly(limit)}", "by drift", ASKED),
+    Mutant("spikes cut off", AT_EDGES, "if more.size:", "if False:", DRAWN),
+    Mutant("one side of an edge", AT_EDGES, "for way in ways]", "for way in ways[:1]]", DRAWN),
+    Mutant(
+        "rows of other physics believed",
+        AT_EDGES,
+        "if rotor is None or not _reproduced(rotor, mu, error, options):",
+        "if rotor is None:",
+        DRAWN,
+    ),
+    Mutant(
+        "splits where there are none", AT_EDGES, "(np.abs(roots.imag) < REAL)", "(np.abs(roots.imag) > REAL)", DRAWN
+    ),
+    Mutant(
+        "the study's physics not drawn",
+        "floquet/plot/__init__.py",
+        '{"options": _options(options)}',
+        '{"options": {}}',
+        DRAWN,
+    ),
+    Mutant(
+        "a share's line beside its dots",
+        "floquet/plot/atlas.py",
+        "(1.0 - share) * len",
+        "share * len",
+        "tests/test_plot.py -k atlas",
+    ),
+    Mutant(
+        "equal designs counted twice",
+        "floquet/plot/__init__.py",
+        'limits["rotor"], limits["rotor"][first][again]',
+        'limits["rotor"], []',
+        "tests/test_plot.py -k atlas",
+    ),
+    Mutant(
+        "designs of other numbers of blades are equal",
+        "floquet/sweep.py",
+        "np.column_stack([hubs, blades, *",
+        "np.column_stack([*",
+        "tests/test_study.py -k twice",
+    ),
     Mutant("another tolerance's limits", REPORT, 'if r["tolerance"] == tolerance and', "if", ASKED),
     Mutant("inflow not mentioned", REPORT, "{LEGEND}\\n{NO_INFLOW}", "{LEGEND}", ASKED),
 )

@@ -18,6 +18,7 @@ import time
 from pathlib import Path
 
 from floquet import cluster, store, study
+from floquet.study import shards
 
 KILLS, DASK_KILLS, SEED = 100, 20, 1431
 STUDY = """
@@ -33,7 +34,7 @@ advance_ratio = { start = 0.0, stop = 1.0, count = 50 }
 
 def small_shards() -> None:
     """Some hundred shards of a small study."""
-    study.POINT_SHARD, study.LIMIT_SHARD = (10, 10), (1, 1)
+    shards.POINT_SHARD, shards.LIMIT_SHARD = (10, 10), (1, 1)
 
 
 def run_here(file: Path, out: Path) -> None:

@@ -117,9 +117,52 @@ def test_a_narrow_tongue_keeps_its_two_sides() -> None:
     assert tongue.y[0] == tongue.y[-1] == 1.0 and tongue.y.min() < 0.6
 
 
+@pytest.mark.parametrize(("middle", "half"), [(y, 0.03) for y in (0.32, 0.36, 0.41, 0.47, 0.5, 0.68)] + [(0.41, 0.001)])
+def test_a_tongue_that_is_pinched_off_within_a_mesh_has_two_tips(middle: float, half: float) -> None:
+    """Half a mesh, or a hundredth, is missing of a tongue of a hundredth of a mesh, however the net cuts it."""
+    tongues = boundaries(
+        lambda x, y: spring((x - 0.5 - 0.3 * (y - 0.5)) ** 2 - 1e-4 * ((y - middle) ** 2 - half**2)),
+        (0.0, 1.0),
+        (0.0, 1.0),
+        meshes=8,
+    )
+    below, above = sorted(tongues, key=lambda curve: float(curve.y.min()))
+    assert below.y[0] == below.y[-1] == 0.0 and above.y[0] == above.y[-1] == 1.0
+    assert below.y.max() == pytest.approx(middle - half, abs=0.002) and below.y.max() < middle - half
+    assert above.y.min() == pytest.approx(middle + half, abs=0.002) and above.y.min() > middle + half
+
+
+def test_a_boundary_along_the_border_is_one_curve() -> None:
+    for ends in ((0.0, 1.0), (1.0, 2.0)):
+        (border,) = boundaries(lambda x, y: spring(x - 1.0 + 0.0 * y), ends, (0.0, 1.0), meshes=8)
+        assert np.all(border.x == 1.0) and sorted(border.y) == pytest.approx(border.y) and len(border.x) == 9
+        assert (border.y[0], border.y[-1]) == (0.0, 1.0)
+    half = boundaries(lambda x, y: spring(x * x + y * y - 1.0), (-1.0, 1.0), (0.0, 1.0), meshes=8)
+    assert sorted(x for curve in half for x, y in zip(curve.x, curve.y, strict=True) if y == 0.0) == [-1.0, 1.0]
+
+
+def test_an_end_on_a_boundary_is_a_transition() -> None:
+    """Mathieu's equation with a = 4 is locked for every q > 0, and at the edge of the lock for q = 0."""
+    values, rho = transitions(lambda q: mathieu(4.0 + 0.0 * q, q), 0.0, 1.0)
+    np.testing.assert_array_equal(values, [0.0])
+    np.testing.assert_array_equal(rho, [2.0])
+
+
 def test_what_passes_a_level_by_less_than_rounding_is_decided_by_more_digits() -> None:
     """A dome of 1e-5 over a range, 1.3e-15 of it above 1: the polynomial lies below or above, as it is rounded."""
     for centre in np.random.default_rng(1).uniform(0.2, 0.8, 40):
+
+        def beyond(level: float, centre: float = float(centre)) -> Curve:
+            return lambda case, t: (1.0 - level) + (1.3e-15 - 1.1e-5 * (t - centre) ** 2)
+
+        found = crossings(beyond(0.0), np.zeros(1), np.ones(1), (1.0,), exact=beyond, least=1e-9)
+        np.testing.assert_allclose(found.x, centre + np.array([-1.0, 1.0]) * math.sqrt(1.3e-15 / 1.1e-5), atol=1e-9)
+
+
+@pytest.mark.parametrize("end", [0.25, 0.5, 0.625])
+def test_passages_about_the_end_of_a_piece_are_found_once(end: float) -> None:
+    """Such a dome where two pieces meet: each finds those that are its own."""
+    for centre in end + np.linspace(-2e-5, 2e-5, 41):
 
         def beyond(level: float, centre: float = float(centre)) -> Curve:
             return lambda case, t: (1.0 - level) + (1.3e-15 - 1.1e-5 * (t - centre) ** 2)

@@ -25,8 +25,10 @@ from floquet.report import NO_INFLOW
 from floquet.store import ALWAYS, data_digest, open_file
 from floquet.study import RunReport, load_study
 from floquet.study import run as run_study
+from floquet.validity import limits
 
 ROOT = Path(__file__).resolve().parent.parent
+ROTORS = ROOT / "data" / "rotors"
 BLADE = ("--lock-number", "8", "--hinge-offset", "0.05")
 
 
@@ -142,22 +144,62 @@ def test_verdict_in_words(run: Floquet) -> None:
 
 
 def test_a_verdict_says_how_the_limit_moves_with_the_rotor(run: Floquet) -> None:
-    """10 % of γ and m, and of κ where there is a spring, by the library's own limits of those rotors."""
-    options = ("--lock-number", "8", "--hinge-offset", "0.05", "--hinge-stiffness", "0.1", "--advance-ratio", "0.2")
+    """10 % of every parameter that is not zero, by the library's own limits of those rotors; m goes with ε."""
+    options = ("--lock-number", "8", "--hinge-offset", "0.05", "--hinge-stiffness", "0.1", "--advance-ratio", "0.2",
+               "--pitch-flap-coupling", "-0.2")  # fmt: skip
     rows = run("validity", *options, "--json").json
-    rotor = Rotor(lock_number=8.0, hinge_offset=0.05, hinge_stiffness=0.1)
+    rotor = Rotor(lock_number=8.0, hinge_offset=0.05, hinge_stiffness=0.1, pitch_flap_coupling=-0.2)
+    five = {"lock_number", "hinge_offset", "offset_mass_ratio", "hinge_stiffness", "pitch_flap_coupling"}
     for row in rows:
-        assert set(row["nearby_limits"]) == {"lock_number", "offset_mass_ratio", "hinge_stiffness"}
+        assert set(row["nearby_limits"]) == set(row["nearby_causes"]) == set(row["nearby_locks"]) == five
         for name, ends in row["nearby_limits"].items():
-            for share, limit in zip((0.9, 1.1), ends, strict=True):
-                other = rotor.replace(offset_mass_ratio=rotor.offset_mass_ratio)
-                other = other.replace(**{name: getattr(other, name) * share})
-                assert float(limit) == validity_limit(other, mode=row["mode"])
+            for side, share in enumerate((0.9, 1.1)):
+                other = rotor.replace(**{name: getattr(rotor, name) * share})
+                assert name != "hinge_offset" or other.offset_mass_ratio == 1.5 * other.hinge_offset
+                (one,) = limits(other, modes=(row["mode"],))
+                assert float(ends[side]) == pytest.approx(one.limit, abs=1e-12)
+                assert row["nearby_causes"][name][side] == one.cause.name
+                lock = row["nearby_locks"][name][side]
+                assert (lock is None and math.isnan(one.lock)) or lock == one.lock
     low, high = (f"{end:.4g}" for end in rows[0]["nearby_limits"]["lock_number"])
-    assert f"γ 10 % lower: {low}, higher: {high}" in run("validity", *options).out
-    assert "with γ 10 % lower or higher too" in run(
+    text = run("validity", *options).out
+    assert f"less or more of the Lock number γ the limit is at {low} or {high}" in text
+    assert "the hinge offset ε (m with it)" in text and "the offset mass ratio m = e·M_β/I_β" in text
+    assert "the pitch-flap coupling K₁" in text
+    held = run("validity", *options, "--offset-mass-ratio", "0.08").out
+    assert "the hinge offset ε" in held and "m with it" not in held
+    assert "With 10 % less or more of the Lock number γ the limit stays beyond 1." in run(
         "validity", "--lock-number", "4", "--blades", "2", "--hub", "teetering", "--advance-ratio", "0.2"
     ).out  # fmt: skip
+
+
+def test_a_verdict_tells_the_cause_where_it_changes(run: Floquet) -> None:
+    """TP-1431's figure 8: first by a split, with 10 % less γ by drift in the lock, with more by drift."""
+    shown = run("validity", str(ROTORS / "tp1431-fig8.toml"), "--advance-ratio", "0.35", "--mode", "regressing").out
+    first, limit, moved = shown.splitlines()[1:4]
+    assert first.startswith("  regressing: NOT valid, error 6.02 %, because both pairs are split")
+    assert limit == (
+        "      It fails at μ = 0.247-0.268, from 0.3032, first by a split of the simple pair; the nearest lock edge "
+        "is at μ = 0.2632; the nearest split of the simple pair is at μ = 0.2002."
+    )
+    assert moved == (
+        "      With 10 % less or more of the Lock number γ the limit is at 0.4357 (by drift within a lock at 1 "
+        "per rev) or 0.3022 (by drift), of the hinge spring κ at 0.2742 (by drift) or 0.3615 "
+        "(by drift within a lock at 1 per rev)."
+    )
+
+
+def test_a_verdict_does_not_tell_of_small_moves(run: Floquet) -> None:
+    shown = run("validity", str(ROTORS / "puma.toml"), "--advance-ratio", "0.35", "--mode", "regressing").out
+    assert "at 0.3432 or 0.287, of the hinge spring κ it moves by less than 0.005." in shown
+
+
+def test_a_verdict_of_a_large_offset(run: Floquet) -> None:
+    """10 % more of an offset of 0.95 is beyond the tip: it is left out.  0.29 does not warn of 0.319."""
+    options = ("--lock-number", "8", "--exact-offset", "--advance-ratio", "0.2", "--json")
+    row = run("validity", *options, "--hinge-offset", "0.95").json[0]
+    assert set(row["nearby_limits"]) == {"lock_number", "offset_mass_ratio"}
+    assert run("validity", "--lock-number", "8", "--hinge-offset", "0.29", "--advance-ratio", "0.2").err == ""
 
 
 def test_verdict_holds_its_advice(run: Floquet) -> None:
@@ -551,7 +593,7 @@ def test_a_setting_that_means_nothing_is_refused(run: Floquet, monkeypatch: pyte
 
 
 def test_pack_makes_what_run_makes(run: Floquet, database: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("floquet.study.shutil.rmtree", lambda *_, **__: None)
+    monkeypatch.setattr("floquet.study.running.shutil.rmtree", lambda *_, **__: None)
     assert run("run", "small.toml", "-o", "new.h5", "--workers", "1").status == 0
     refused(run("pack", "new.h5.parts"), "new.h5 is there already")
     Path("new.h5").unlink()

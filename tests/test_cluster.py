@@ -12,7 +12,7 @@ import subprocess
 import sys
 import time
 from collections.abc import Iterator
-from concurrent.futures import Executor, Future, ThreadPoolExecutor
+from concurrent.futures import BrokenExecutor, Executor, Future, ThreadPoolExecutor
 from pathlib import Path
 from typing import Any
 
@@ -22,6 +22,7 @@ from floquet import cluster, store, study
 from floquet.cli import main
 from floquet.errors import FailedError, InputError, ParameterError
 from floquet.rotor import Hub, Rotor
+from floquet.study import shards, workers
 
 ROOT = Path(__file__).resolve().parent.parent
 dask = pytest.mark.skipif(
@@ -45,8 +46,8 @@ advance_ratio = { start = 0.0, stop = 1.0, count = 200 }
 @pytest.fixture
 def spread(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> study.Study:
     """400 points and two designs in 42 shards."""
-    monkeypatch.setattr(study, "POINT_SHARD", (10, 10))
-    monkeypatch.setattr(study, "LIMIT_SHARD", (1, 1))
+    monkeypatch.setattr(shards, "POINT_SHARD", (10, 10))
+    monkeypatch.setattr(shards, "LIMIT_SHARD", (1, 1))
     (tmp_path / "spread.toml").write_text(STUDY)
     return study.load_study(tmp_path / "spread.toml")
 
@@ -85,13 +86,13 @@ def test_five_killed_workers_leave_the_data_as_they_are(spread: study.Study, exp
     assert not _workers()
 
 
-def _deadly(plan: Any, shard: study.Shard, parts: study.Parts, engine: int) -> str:
+def _deadly(plan: Any, shard: shards.Shard, parts: shards.Parts, engine: int) -> str:
     """What a worker does, but one shard ends it, and one cannot be."""
     if shard.name.startswith("points-000000000200"):
         os.kill(os.getpid(), signal.SIGKILL)
     if shard.name.startswith("points-000000000100"):
         raise InputError("this point cannot be")
-    return study._make_there(plan, shard, parts, engine)
+    return workers.make_there(plan, shard, parts, engine)
 
 
 @dask
@@ -102,7 +103,7 @@ def test_a_deadly_shard_is_given_up_and_the_others_are_made(
     out = tmp_path / "out.h5"
     with cluster.dask("local", 2) as executor:
         with monkeypatch.context() as patch:
-            patch.setattr(study, "_make_there", _deadly)
+            patch.setattr(workers, "make_there", _deadly)
             report = study.run(spread, out, executor=executor)
         reasons = {name[:19]: reason for name, reason in report.failed}
         assert reasons["points-000000000100"] == "this point cannot be" and len(reasons) == 2
@@ -301,10 +302,10 @@ class Elsewhere(ThreadPoolExecutor):
 
     def submit(self, function: Any, plan: Any, shard: Any, parts: Any, *others: Any) -> Future[Any]:  # type: ignore[override]
         assert parts.folder.is_absolute()
-        return super().submit(function, plan, shard, study.Parts(self.folder, *_but_folder(parts)), *others)
+        return super().submit(function, plan, shard, shards.Parts(self.folder, *_but_folder(parts)), *others)
 
 
-def _but_folder(parts: study.Parts) -> tuple[str, tuple[str, ...]]:
+def _but_folder(parts: shards.Parts) -> tuple[str, tuple[str, ...]]:
     return parts.study_id, parts.columns
 
 
@@ -315,7 +316,7 @@ def _but_folder(parts: study.Parts) -> tuple[str, tuple[str, ...]]:
 def test_workers_that_do_not_see_the_folder_end_the_run(
     spread: study.Study, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, there: bool, sentence: str
 ) -> None:
-    monkeypatch.setattr(study, "PATIENCE", 0.2)
+    monkeypatch.setattr(workers, "PATIENCE", 0.2)
     elsewhere = tmp_path / "elsewhere"
     elsewhere.mkdir()
     if there:
@@ -327,13 +328,13 @@ def test_workers_that_do_not_see_the_folder_end_the_run(
 def test_a_shared_folder_may_show_a_shard_late(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     asked: list[Path] = []
     monkeypatch.setattr(Path, "exists", lambda path: (asked.append(path), len(asked) > 3)[1])
-    assert study._appears(tmp_path / "late.h5") and len(asked) == 4
+    assert workers.appears(tmp_path / "late.h5") and len(asked) == 4
 
 
 def test_workers_of_another_engine_are_refused(spread: study.Study, tmp_path: Path) -> None:
-    parts, shard = study.Parts(tmp_path, spread.id, spread.columns), study.Shard("points", 0, 10)
+    parts, shard = shards.Parts(tmp_path, spread.id, spread.columns), shards.Shard("points", 0, 10)
     with pytest.raises(FailedError, match="another version of floquet"):
-        study._make_there(spread.plan, shard, parts, study.ENGINE + 1)
+        workers.make_there(spread.plan, shard, parts, workers.ENGINE + 1)
 
 
 class Dying(Executor):
@@ -341,7 +342,7 @@ class Dying(Executor):
 
     def submit(self, function: Any, /, *given: Any, **named: Any) -> Future[Any]:
         future: Future[Any] = Future()
-        future.set_exception(study.BrokenExecutor("killed"))
+        future.set_exception(BrokenExecutor("killed"))
         return future
 
 

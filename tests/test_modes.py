@@ -40,10 +40,65 @@ def test_names_and_branches_come_from_the_blade(N: int, rotor: Rotor) -> None:
     assert found.closure.max() < 1e-11
 
 
+NAMES = {
+    3: ("regressing", "coning", "advancing"),
+    4: ("regressing", "coning", "advancing", "differential"),
+    6: ("regressing", "coning", "advancing", "regressing-2", "advancing-2", "differential"),
+    7: ("regressing", "coning", "advancing", "regressing-2", "advancing-2", "regressing-3", "advancing-3"),
+}
+
+
+@pytest.mark.parametrize("N", NAMES)
+@pytest.mark.parametrize("stiffness", [0.0, 0.2, 1.6])
+def test_names_have_one_order_and_positive_frequencies_come_first(N: int, stiffness: float) -> None:
+    """Whatever μ is and in whatever order the exponents are."""
+    rotor = Rotor(lock_number=8.0, hinge_stiffness=stiffness, blades=N)
+    for mu in (0.02, 0.1, 0.2, 0.3):
+        if not math.isnan(stability(flapping(rotor, mu)).lock):
+            continue
+        system = multiblade(rotor, mu)
+        found = modes(system)
+        assert found.names == tuple(name for name in NAMES[N] for _ in range(2))
+        assert np.all(found.exponents.imag[::2] > 0.0)
+        np.testing.assert_allclose(found.exponents[1::2], found.exponents[::2].conj(), atol=1e-12)
+        eta = np.asarray(stability(system).exponents)[found.order]
+        turns = (found.exponents - eta) / (0.5j * 2.0 * math.pi / system.period)
+        np.testing.assert_allclose(turns, np.round(turns.real), atol=1e-12)
+        assert sorted(found.order) == list(range(2 * N))
+
+
+@pytest.mark.parametrize(
+    ("rotor", "low", "high", "names"),
+    [
+        (Rotor(lock_number=7.12, hinge_stiffness=0.193, blades=4), 0.25, 0.9, ["regressing"] * 2 + ["coning"] * 4
+         + ["advancing"] * 2),
+        (Rotor(lock_number=14.0, blades=3), 0.1, 0.9, ["regressing"] * 4 + ["advancing"] * 2),
+        (Rotor(lock_number=8.0, hinge_stiffness=1.6, blades=3), 0.63, 0.8, ["regressing"] * 4 + ["coning"] * 2),
+    ],
+    ids=["at 1", "at 1/2", "at 3/2"],
+)  # fmt: skip
+def test_signs_and_names_stay_in_a_lock(rotor: Rotor, low: float, high: float, names: list[str]) -> None:
+    """What turns both ways alike has the positive frequency, whatever rounding says; the less damped member first."""
+    for mu in np.linspace(low, high, 15):
+        blade = stability(flapping(rotor, mu))
+        assert not math.isnan(blade.lock)
+        found = modes(multiblade(rotor, mu))
+        assert list(found.names) == names
+        for name in set(names):
+            own = found.exponents[[one == name for one in names]]
+            assert np.all(np.diff(own.real) < 1e-9)
+            if len(own) == 2:
+                np.testing.assert_allclose(own.real, blade.exponents.real, atol=1e-9)
+                assert own.imag[0] == pytest.approx(own.imag[1], abs=1e-9) and own.imag[0] >= -1e-12
+            else:
+                assert np.all(own.imag[::2] > 0.0) and np.all(own.imag[1::2] < 0.0)
+
+
 def test_vectors_solve_the_equation() -> None:
     """p' = A p - η p at the azimuths, by the derivative of its Fourier series."""
     system = multiblade(Rotor(lock_number=8.0, blades=3), 0.3)
-    found, eta = modes(system), np.asarray(stability(system).exponents)
+    found = modes(system)
+    eta = np.asarray(stability(system).exponents)[found.order]
     steps = len(found.azimuths)
     slope = np.fft.ifft(np.fft.fft(found.vectors, axis=1) * (1j * found.frequencies)[None, :, None], axis=1)
     residual = (

@@ -21,7 +21,7 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Rectangle
 from matplotlib.text import Annotation
 
-from floquet import Hub, Rotor, flapping, lock_windows, stability, teetering
+from floquet import Hub, Rotor, flapping, lock_windows, stability, sweep, teetering
 from floquet.comparison import Metric, Rule, compare, eigenvalues, simple_model
 from floquet.errors import ParameterError, StorageError
 from floquet.plot import (
@@ -35,10 +35,14 @@ from floquet.plot import (
     root_locus,
     validity_summary,
 )
+from floquet.plot.at_edges import errors_of
 from floquet.plot.curves import Failing, all_intervals, exact_curves, tpp_curves
 from floquet.plot.parts import COLOURS, COLUMN, per_rev
 from floquet.query import Database
+from floquet.study import load_study
+from floquet.study import run as run_study
 from floquet.sweep import INTERVALS, Plan, limit_rows, point_rows
+from floquet.validity import split_edges
 
 ROTORS = {
     "hingeless": Rotor(lock_number=5.07, hinge_stiffness=0.25),  # lock at 1 per rev from .558
@@ -274,7 +278,7 @@ def test_errors_cross_the_tolerance_at_the_limits(rows: dict[str, RotorRows], na
     assert sorted(line.get_ydata()[0] for line in ax.lines if line.get_gid() == "tolerance") == [0.01, 0.05, 0.1]
     assert all(f"{level} %" in [t.get_text() for t in ax.texts] for level in (1, 5, 10))
     assert [(p.get_x(), p.get_x() + p.get_width()) for p in spans(ax, "lock")] == [
-        pytest.approx((a, min(b, 1.0))) for a, b, _ in lock_bands(one.points)
+        pytest.approx((a, min(b, 1.0)), abs=1e-12) for a, b, _ in lock_windows(ROTORS[name])
     ]
     for i, mode in enumerate(modes):
         limit = float(one.limits["limit"][i])
@@ -287,6 +291,61 @@ def test_errors_cross_the_tolerance_at_the_limits(rows: dict[str, RotorRows], na
             assert np.nanmax(before[before[:, 0] < limit][:, 1], initial=0.0) <= 0.05 * (1.0 + 1e-9)
     regressing = float(one.limits["limit"][0])
     assert (f"= {regressing:.3f}" in texts(ax)) == (regressing < math.inf)
+
+
+@pytest.mark.parametrize("name", ["hingeless", "heavy", "overdamped", "teetering"])
+def test_errors_go_through_lock_edges_and_splits(rows: dict[str, RotorRows], name: str) -> None:
+    """At the exact edges, with the errors of the comparison there; between rows nothing is cut off."""
+    rotor = ROTORS[name]
+    found = errors_of(rows[name].points, {})
+    splits = [edge for edge in split_edges(rotor) if edge < 1.0]
+    edges = [*splits, *(edge for window in lock_windows(rotor) for edge in window[:2] if 0.0 < edge < 1.0)]
+    assert edges and np.isin(edges, found.mu).all()
+    fine = np.concatenate([edge + np.linspace(-0.9 * STEP, 0.9 * STEP, 61) for edge in edges])
+    there, here = compare(rotor, fine), compare(rotor, found.mu)
+    for mode, error in found.error.items():
+        np.testing.assert_allclose(error, here[mode].error, rtol=1e-6, atol=1e-9)
+        assert np.array_equal(found.rule[mode], here[mode].rule)
+        drawn_there = np.interp(fine, found.mu, error)
+        assert np.abs(drawn_there - there[mode].error).max() < 0.025 * max(there[mode].error.max(), 0.01)
+    ax = error_vs_mu(rows[name].points, None, name=name)
+    assert [line.get_xdata()[0] for line in ax.lines if line.get_gid() == "split edge"] == splits
+    roots = eigenvalues(simple_model(rotor, found.mu, model="teetering" if rotor.hub else "flapping"))
+    real = (np.abs(roots.imag) < 1e-9).any(axis=-1)
+    strips = [(p.get_x(), p.get_x() + p.get_width()) for p in spans(ax, "TPP split")]
+    inside = np.array([any(a < mu < b for a, b in strips) for mu in found.mu])
+    clear = ~np.isin(found.mu, [0.0, 1.0, *splits])
+    assert np.array_equal(inside[clear], real[clear]) and bool(strips) == ("a TPP pair is split" in texts(ax))
+
+
+def test_errors_of_other_physics_are_those_of_the_rows() -> None:
+    """Rows of reversed flow: without the option no point is added; with it the edges are those of reversed flow."""
+    rotor, mu = ROTORS["heavy"], np.linspace(0.0, 1.0, 41)
+    points = sweep(rotor, mu, reversed_flow=True)
+    alone = errors_of(points, {})
+    assert np.array_equal(alone.mu, mu) and alone.splits == () and alone.bands == lock_bands(points)
+    found = errors_of(points, {"reversed_flow": True})
+    assert list(found.bands) == lock_windows(rotor, reversed_flow=True)
+    edges = [edge for window in found.bands for edge in window[:2] if edge < 1.0]
+    assert edges and np.isin(edges, found.mu).all()
+    fewer = {name: values for name, values in points.items() if name != "flap_damping"}
+    assert np.array_equal(errors_of(fewer, {"reversed_flow": True}).mu, mu)
+
+
+def test_a_database_draws_errors_with_its_own_physics(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    file = tmp_path / "study.toml"
+    file.write_text(
+        '[study]\nname = "s"\nschema = 1\n[rotors]\nlist = [{lock_number = 12.0, blades = 3}]\n[axes]\n'
+        "advance_ratio = {start = 0.0, stop = 1.0, count = 21}\n[compare]\nreversed_flow = true\nmodel = 'flapping'\n",
+        encoding="utf-8",
+    )
+    run_study(load_study(file), tmp_path / "out.h5")
+    seen: list[Any] = []
+    drawing = lambda points, limits, name, options: (seen.append(options), error_vs_mu(points, limits))[1]  # noqa: E731
+    monkeypatch.setitem(KINDS, "error-vs-mu", drawing)
+    plot_database(tmp_path / "out.h5", "error-vs-mu", tmp_path / "a.png")
+    [options] = seen
+    assert options["reversed_flow"] is True and options["model"] == "flapping" and options["tip_loss"] == 1.0
 
 
 def test_errors_against_the_mean_are_dotted(rows: dict[str, RotorRows]) -> None:
@@ -564,7 +623,7 @@ def test_a_rotor_is_chosen_by_name_or_number(
     monkeypatch.setitem(
         KINDS,
         "error-vs-mu",
-        lambda points, limits, name: (seen.append(name), error_vs_mu(points, limits, name=name))[1],
+        lambda points, limits, name, options: (seen.append(name), error_vs_mu(points, limits, name=name))[1],
     )
     plot_database(database, "error-vs-mu", tmp_path / "a.png", rotor=given)
     assert seen == [title]
@@ -642,8 +701,30 @@ def test_an_atlas_shows_the_share_of_designs_that_hold(designs: dict[str, Any], 
             limits = designs["limit"][own & (designs["lock_number"] == gamma)]
             assert len(limits) == 10
             np.testing.assert_allclose(row, [(limits > at).mean() for at in mu], atol=1e-12)
+        for share in (0.9, 0.5, 0.1):
+            (line,) = [one for one in ax.lines if one.get_gid() == f"share {share:g}"]
+            assert line.get_marker() == "o" and line.get_ydata().tolist() == [4.0, 6.0, 8.0, 10.0, 12.0, 14.0]
+            for at, gamma in line.get_xydata():
+                limits = designs["limit"][own & (designs["lock_number"] == gamma)]
+                held = (limits > 1.0) if math.isnan(at) else (limits > at - 1e-9)
+                assert held.mean() >= share - 1e-12
+                assert math.isnan(at) or (limits > at).mean() < share - 1e-12
+    assert "dots, at the 6 Lock numbers" in seen[0].get_supxlabel().replace("\n", " ")
     assert "60 designs" in seen[0].get_supxlabel() and "above 5 %" in seen[0].get_supxlabel()
     assert 0.0 < shown.mean() < 1.0
+
+
+def test_an_atlas_counts_equal_designs_once(designs: dict[str, Any], tmp_path: Path) -> None:
+    """Design 7 again as design 60, with another number and the limits of nobody."""
+    again = {name: values[designs["rotor"] == 7].copy() for name, values in designs.items()}
+    again["rotor"][:], again["limit"][:] = 60, 0.0
+    more = {name: np.concatenate([designs[name], again[name]]) for name in designs}
+    seen: list[dict[str, Any]] = []
+    data = Database("more.h5", Memory({"points": {}, "limits": more}, ()))
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setitem(KINDS, ATLAS, lambda limits: (seen.append(limits), Figure())[1])
+        plot_database(data, ATLAS, tmp_path / "a.png")
+    assert len(np.unique(seen[0]["rotor"])) == 60 and 60 not in seen[0]["rotor"]
 
 
 def test_rotors_without_names_have_numbers(database: Database, tmp_path: Path) -> None:

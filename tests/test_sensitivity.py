@@ -146,6 +146,30 @@ def test_offset_mass_follows_or_is_held() -> None:
     np.testing.assert_allclose(following["hinge_offset"], held["hinge_offset"] + 1.4 * mass, rtol=1e-13)
     np.testing.assert_allclose(following["static_moment_ratio"], 0.1 * mass, rtol=1e-13)
     np.testing.assert_array_equal(held["static_moment_ratio"], 0.0)
+    np.testing.assert_allclose(mass, following["offset_mass_ratio"], rtol=1e-13)
+
+
+@pytest.mark.parametrize("given", [{}, {"offset_mass_ratio": 0.14}], ids=["total", "partial"])
+def test_rates_with_the_offset_are_those_of_rotors_made_with_it(given: dict[str, float]) -> None:
+    """Differences of rotors as their constructor resolves m: total where it follows, partial where it is held."""
+    rates = sensitivities(Rotor(lock_number=8.0, hinge_offset=0.1, static_moment_ratio=1.4, **given), 0.35)
+    for name, value, h in (("hinge_offset", 0.1, 1e-5), ("static_moment_ratio", 1.4, 1e-4)):
+        own = {"lock_number": 8.0, "hinge_offset": 0.1, "static_moment_ratio": 1.4, **given}
+        ends = [stability(flapping(Rotor(**own | {name: value + s * h}), 0.35)).exponents for s in (1, -1)]
+        np.testing.assert_allclose((ends[0] - ends[1]) / (2.0 * h), rates[name], rtol=1e-7, atol=1e-9)
+
+
+def test_an_unknown_parameter_is_one_short_sentence() -> None:
+    """One blade's are listed; the 37 of four blades are counted, and what was meant is named."""
+    rotor = Rotor(lock_number=8.0, blades=4)
+    one = sensitivities(rotor, 0.3)
+    with pytest.raises(ParameterError, match=r"did you mean 'lock_number'.*the parameters are lock_number, "):
+        one["lock_numbr"]
+    four = sensitivities([rotor, rotor, rotor, rotor.replace(lock_number=7.0)], 0.3)
+    for name, meant in (("lock_number", "'lock_number 0' to 'lock_number 3'"), ("hinge_ofset 2", "'hinge_offset 2'")):
+        with pytest.raises(ParameterError, match=f"{meant}.*37 parameters.*field parameters lists") as caught:
+            four[name]
+        assert len(str(caught.value)) < 240
 
 
 def test_a_direction_of_several_parameters_is_their_sum() -> None:

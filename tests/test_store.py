@@ -32,6 +32,7 @@ from floquet.errors import (
     StorageError,
 )
 from floquet.rotor import Hub, Rotor
+from floquet.store import writing
 from floquet.sweep import Plan, limit_rows, point_rows
 
 ATTRIBUTES = {"study_id": "abc", "title": "a test", "rotor_names": json.dumps(["Bo 105", "two blades"])}
@@ -50,7 +51,7 @@ def rows() -> dict[str, dict[str, np.ndarray[Any, Any]]]:
 @pytest.fixture
 def path(tmp_path: Path, rows: dict[str, Any], monkeypatch: pytest.MonkeyPatch) -> Path:
     """A database of three chunks a table of points."""
-    monkeypatch.setattr(store, "CHUNK_ROWS", 16)
+    monkeypatch.setattr(store.schema, "CHUNK_ROWS", 16)
     target = tmp_path / "a base.h5"
     store.write(target, rows, ATTRIBUTES)
     return target
@@ -197,8 +198,8 @@ def test_chunks_that_stand_in_the_same_places_are_copied_as_they_are(
 ) -> None:
     """The file has the bytes of one written at once; a last part of less than a chunk is packed again."""
     store.write(tmp_path / "whole.h5", {"points": rows["points"]}, ATTRIBUTES)
-    files, made, real = _parts(rows, ends, tmp_path), [], store.pack
-    monkeypatch.setattr(store, "pack", lambda *given: (made.append(given), real(*given))[1])
+    files, made, real = _parts(rows, ends, tmp_path), [], writing.pack
+    monkeypatch.setattr(writing, "pack", lambda *given: (made.append(given), real(*given))[1])
     _copied(files, tmp_path / "copy.h5")
     assert len(made) == packed
     assert (tmp_path / "copy.h5").read_bytes() == (tmp_path / "whole.h5").read_bytes()
@@ -392,7 +393,7 @@ from floquet import store
 from floquet.errors import StorageError
 from floquet.rotor import Rotor
 from floquet.sweep import sweep
-os.environ["FLOQUET_THREADS"], store.CHUNK_ROWS = "{threads}", 100
+os.environ["FLOQUET_THREADS"], store.schema.CHUNK_ROWS = "{threads}", 100
 rows = sweep(Rotor(lock_number=np.linspace(4, 9, 40)), np.linspace(0, 1, 30))
 resource.setrlimit(resource.RLIMIT_FSIZE, ({kilobytes * 1024}, {kilobytes * 1024}))
 try:

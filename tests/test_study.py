@@ -11,6 +11,7 @@ import subprocess
 import sys
 import textwrap
 import threading
+import warnings
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Any
@@ -36,6 +37,8 @@ from floquet.kernels import cores
 from floquet.plot import plot_database
 from floquet.query import open_database
 from floquet.rotor import Hub, Rotor
+from floquet.store import digests, writing
+from floquet.study import packing, running, shards, workers
 from floquet.sweep import Plan, limit_rows, point_rows
 
 SMALL = """
@@ -77,8 +80,8 @@ def tiny(file: Path) -> Path:
 @pytest.fixture
 def quick(monkeypatch: pytest.MonkeyPatch) -> None:
     """Several shards of each table from a small study."""
-    monkeypatch.setattr(study, "POINT_SHARD", (100, 100))
-    monkeypatch.setattr(study, "LIMIT_SHARD", (3, 3))
+    monkeypatch.setattr(shards, "POINT_SHARD", (100, 100))
+    monkeypatch.setattr(shards, "LIMIT_SHARD", (3, 3))
 
 
 # ---------------------------------------------------------------------- the file
@@ -189,6 +192,26 @@ def test_the_order_of_a_grid_is_that_of_the_file(tmp_path: Path) -> None:
     )
     plan = study.load_study(path).plan
     assert [(plan.design(i).lock_number, plan.design(i).hinge_offset) for i in (2, 3, 4)] == [(4, 0), (12, 0), (4, 0.1)]
+
+
+def test_a_design_that_is_given_twice_is_told(tmp_path: Path) -> None:
+    """Of a list and a grid: another name or m given as it follows makes no other design, another hub or number does."""
+    file = tmp_path / "twice.toml"
+    text = (
+        '[study]\nname = "s"\nschema = 1\n[rotors]\nlist = [{lock_number = 6.0, blades = 4, name = "mine"}, '
+        "{lock_number = 8.0, hinge_offset = 0.1, offset_mass_ratio = 0.15, blades = 4}, "
+        "{lock_number = 6.0, blades = 3}]\n"
+        "[rotors.grid]\nblades = 4\nlock_number = [6.0, 8.0]\nhinge_offset = [0.0, 0.1]\n"
+        "[axes]\nadvance_ratio = [0.1, 0.2]\n"
+    )
+    file.write_text(text, encoding="utf-8")
+    with pytest.warns(FloquetWarning, match=r"rotor 3 is rotor 0 \(mine\) once more and 1 more: .* take it twice"):
+        found = study.load_study(file)
+    assert found.plan.repeated() == [(3, 0), (6, 1)]
+    file.write_text(text.replace("[6.0, 8.0]", "[6.5, 8.5]"), encoding="utf-8")
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        assert study.load_study(file).plan.repeated() == []
 
 
 def test_a_missing_rotor_file_is_named(tmp_path: Path) -> None:
@@ -335,24 +358,24 @@ def test_merge_keeps_the_columns_that_all_have_and_says_so(two: tuple[Path, Path
 def test_shards_of_many_points_are_whole_chunks(points: int, size: int) -> None:
     plan = Plan(rotors=(Rotor(lock_number=8.0),), advance_ratio=np.zeros(2), tolerances=())
     object.__setattr__(plan, "_first", np.array([0, points // 2]))
-    assert study._sizes(plan) == {"points": points and size}
+    assert shards.sizes_of(plan) == {"points": points and size}
 
 
 @pytest.mark.usefixtures("quick")
 def test_rows_and_chunks_do_not_depend_on_shards(tiny: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Blocks that are computed at a time begin at chunks of the database; shards of whole chunks are copied."""
-    monkeypatch.setattr(store, "CHUNK_ROWS", 64)
+    monkeypatch.setattr(store.schema, "CHUNK_ROWS", 64)
     asked: list[tuple[int, int]] = []
-    real, images = study.TABLE_ROWS["points"], {}
+    real, images = shards.TABLE_ROWS["points"], {}
 
     def seen(plan: Any, start: int, stop: int, *columns: Any) -> Any:
         asked.append((start, stop))
         return real(plan, start, stop, *columns)
 
-    monkeypatch.setitem(study.TABLE_ROWS, "points", seen)
-    monkeypatch.setattr(study.time, "strftime", lambda *_: "now")
+    monkeypatch.setitem(shards.TABLE_ROWS, "points", seen)
+    monkeypatch.setattr(packing.time, "strftime", lambda *_: "now")
     for size in (600, 128, 192, 100):  # in whole chunks: 640, 128, 192 (the last shard is less than a chunk), 128
-        monkeypatch.setattr(study, "POINT_SHARD", (size, size))
+        monkeypatch.setattr(shards, "POINT_SHARD", (size, size))
         study.run(study.load_study(tiny), tmp_path / f"{size}.h5")
         images[size] = (tmp_path / f"{size}.h5").read_bytes()
         assert asked == [(i, min(i + 64, 600)) for i in range(0, 600, 64)]
@@ -362,10 +385,10 @@ def test_rows_and_chunks_do_not_depend_on_shards(tiny: Path, tmp_path: Path, mon
 
 @pytest.mark.usefixtures("quick")
 def test_packing_copies_chunks(tiny: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(store, "CHUNK_ROWS", 50)
+    monkeypatch.setattr(store.schema, "CHUNK_ROWS", 50)
     folder = _unpacked(tiny, tmp_path / "out.h5")
-    made, real = [], store.pack
-    monkeypatch.setattr(store, "pack", lambda *given: (made.append(given), real(*given))[1])
+    made, real = [], writing.pack
+    monkeypatch.setattr(writing, "pack", lambda *given: (made.append(given), real(*given))[1])
     study.pack(folder, tmp_path / "out.h5")
     assert len(made) == 12 + 1  # the numbers of the rows; the limits' few rows are one chunk
     assert store.verify(tmp_path / "out.h5") == ()
@@ -415,32 +438,32 @@ def test_resume_keeps_sound_shards_and_makes_damaged_ones_again(
     file: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     one, out, made = study.load_study(file), tmp_path / "out.h5", []
-    real = study.TABLE_ROWS["points"]
+    real = shards.TABLE_ROWS["points"]
 
     def interrupted(plan: Any, start: int, stop: int, *columns: Any) -> Any:
         if start == 400:
             raise KeyboardInterrupt
         return real(plan, start, stop, *columns)
 
-    monkeypatch.setitem(study.TABLE_ROWS, "points", interrupted)
+    monkeypatch.setitem(shards.TABLE_ROWS, "points", interrupted)
     with pytest.raises(KeyboardInterrupt):
         study.run(one, out)
     folder = study.parts_of(out)
-    shards = sorted(p.name for p in folder.glob("points-*.h5"))
-    assert len(shards) == 4 and not out.exists()
+    files = sorted(p.name for p in folder.glob("points-*.h5"))
+    assert len(files) == 4 and not out.exists()
     with pytest.raises(InputError, match="--resume"):
         study.run(one, out)
-    damaged = folder / shards[1]
+    damaged = folder / files[1]
     damaged.write_bytes(damaged.read_bytes()[:-50])
-    (folder / shards[2]).write_bytes(b"not HDF5 at all")
-    with h5py.File(folder / shards[3], "r+") as changed:  # HDF5 is content with it, the digest is not
+    (folder / files[2]).write_bytes(b"not HDF5 at all")
+    with h5py.File(folder / files[3], "r+") as changed:  # HDF5 is content with it, the digest is not
         changed["points/lock_number"][0] += 1.0
 
     def counted(plan: Any, start: int, stop: int, *columns: Any) -> Any:
         made.append(start)
         return real(plan, start, stop, *columns)
 
-    monkeypatch.setitem(study.TABLE_ROWS, "points", counted)
+    monkeypatch.setitem(shards.TABLE_ROWS, "points", counted)
     report = study.run(one, out, resume=True)
     assert sorted(made) == [100, 200, 300, 400, 500] and report.reused == 5
     study.run(one, tmp_path / "whole.h5")
@@ -468,7 +491,7 @@ def test_an_unfinished_run_of_another_study_is_not_gone_on_with(
     def interrupted(*_: Any) -> Any:
         raise KeyboardInterrupt
 
-    monkeypatch.setitem(study.TABLE_ROWS, "points", interrupted)
+    monkeypatch.setitem(shards.TABLE_ROWS, "points", interrupted)
     with pytest.raises(KeyboardInterrupt):
         study.run(study.load_study(file), tmp_path / "out.h5")
     file.write_text(SMALL.replace("8.0", "8.5"))
@@ -486,14 +509,14 @@ def test_two_runs_of_one_study_do_not_meet(file: Path, tmp_path: Path) -> None:
 
 @pytest.mark.usefixtures("quick")
 def test_a_failed_shard_does_not_stop_the_others(file: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    real = study.TABLE_ROWS["points"]
+    real = shards.TABLE_ROWS["points"]
 
     def failing(plan: Any, start: int, stop: int, *columns: Any) -> Any:
         if start == 200:
             raise InputError("this point cannot be")
         return real(plan, start, stop, *columns)
 
-    monkeypatch.setitem(study.TABLE_ROWS, "points", failing)
+    monkeypatch.setitem(shards.TABLE_ROWS, "points", failing)
     report = study.run(study.load_study(file), tmp_path / "out.h5")
     assert [reason for _, reason in report.failed] == ["this point cannot be"] and report.computed == 9
     assert not (tmp_path / "out.h5").exists() and study.parts_of(tmp_path / "out.h5").exists()
@@ -506,14 +529,14 @@ def test_a_failed_shard_does_not_stop_the_others(file: Path, tmp_path: Path, mon
 def test_a_numerical_failure_is_a_failed_shard(
     file: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, error: Exception
 ) -> None:
-    real = study.TABLE_ROWS["points"]
+    real = shards.TABLE_ROWS["points"]
 
     def failing(plan: Any, start: int, stop: int, *columns: Any) -> Any:
         if start == 200:
             raise error
         return real(plan, start, stop, *columns)
 
-    monkeypatch.setitem(study.TABLE_ROWS, "points", failing)
+    monkeypatch.setitem(shards.TABLE_ROWS, "points", failing)
     report = study.run(study.load_study(file), tmp_path / "out.h5")
     assert report.computed == 9 and len(report.failed) == 1
     assert str(error) in report.failed[0][1] and type(error).__name__ in report.failed[0][1]
@@ -545,7 +568,7 @@ def test_a_full_disk_in_a_worker_process_is_one_sentence(file: Path, tmp_path: P
 def _unpacked(file: Path, out: Path) -> Path:
     """The folder of a finished study whose packing did not come about."""
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(study, "pack", lambda *_: (_ for _ in ()).throw(KeyboardInterrupt))
+        patch.setattr(running, "pack", lambda *_: (_ for _ in ()).throw(KeyboardInterrupt))
         with pytest.raises(KeyboardInterrupt):
             study.run(study.load_study(file), out)
     return study.parts_of(out)
@@ -554,7 +577,7 @@ def _unpacked(file: Path, out: Path) -> Path:
 def _another_study(a: Path, b: Path) -> None:
     with h5py.File(a, "r+") as changed:
         changed.attrs["study_id"] = "f" * 32
-        changed.attrs["attributes_digest"] = store._attributes_digest(changed)
+        changed.attrs["attributes_digest"] = digests.attributes_digest(changed)
 
 
 def _fewer_rows(a: Path, b: Path) -> None:
@@ -605,7 +628,8 @@ def test_ten_kills_at_random_moments_lose_nothing(file: Path, tmp_path: Path) ->
     program = textwrap.dedent(f"""
         import json, os, random, signal, sys, time
         from floquet import store, study
-        study.POINT_SHARD, study.LIMIT_SHARD = (10, 10), (1, 1)
+        from floquet.study import shards as cut
+        cut.POINT_SHARD, cut.LIMIT_SHARD = (10, 10), (1, 1)
         one, out = study.load_study({str(file)!r}), {str(tmp_path / "killed.h5")!r}
         random.seed(1431)
 
@@ -641,7 +665,7 @@ def test_resume_keeps_the_sizes_of_shards_it_began_with(
 ) -> None:
     folder = _unpacked(tiny, tmp_path / "out.h5")
     min(folder.glob("points-*.h5")).unlink()
-    monkeypatch.setattr(study, "POINT_SHARD", (70, 70))
+    monkeypatch.setattr(shards, "POINT_SHARD", (70, 70))
     left = tmp_path / ".out.h5.99.tmp"
     left.write_bytes(b"half a database of a run that was killed while it packed")
     report = study.run(study.load_study(tiny), tmp_path / "out.h5", resume=True)
@@ -657,11 +681,11 @@ def test_sizes_of_shards_that_cannot_be_are_one_sentence(tiny: Path, tmp_path: P
         study.run(study.load_study(tiny), tmp_path / "out.h5", resume=True)
 
 
-def _deadly(plan: Any, shard: study.Shard, parts: study.Parts) -> str:
+def _deadly(plan: Any, shard: shards.Shard, parts: shards.Parts) -> str:
     """What a worker does, but some shards end it."""
     if shard.name.startswith(os.environ["DEADLY"]):
         os._exit(9)
-    return study._make(plan, shard, parts)
+    return shards.make(plan, shard, parts)
 
 
 @pytest.mark.usefixtures("quick")
@@ -671,7 +695,7 @@ def test_a_shard_that_ends_its_workers_is_given_up_and_the_others_are_made(
     one, out = study.load_study(tiny), tmp_path / "out.h5"
     with monkeypatch.context() as patch:
         patch.setenv("DEADLY", "points-000000000200")
-        patch.setattr(study, "_make", _deadly)
+        patch.setattr(workers, "make", _deadly)
         report = study.run(one, out, workers=2)
     [(name, reason)] = report.failed
     assert name.startswith("points-000000000200") and "ended 3 worker processes" in reason
@@ -684,7 +708,7 @@ def test_a_shard_that_ends_its_workers_is_given_up_and_the_others_are_made(
 @pytest.mark.usefixtures("quick")
 def test_workers_that_all_die_end_the_run(tiny: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("DEADLY", "")
-    monkeypatch.setattr(study, "_make", _deadly)
+    monkeypatch.setattr(workers, "make", _deadly)
     with pytest.raises(FailedError, match=r"dies at once.*--resume"):
         study.run(study.load_study(tiny), tmp_path / "out.h5", workers=2)
 
@@ -721,7 +745,7 @@ def test_workers_leave_at_once_when_their_parent_is_killed_or_interrupted(tmp_pa
                     {how}
         """)
     )
-    environment = os.environ | {"PYTHONPATH": str(Path(study.__file__).parents[1])}
+    environment = os.environ | {"PYTHONPATH": str(Path(study.__file__).parents[2])}
     parent = subprocess.Popen(
         [sys.executable, str(program)], stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, env=environment
     )

@@ -34,7 +34,8 @@ from floquet.plot.curves import lock_bands
 from floquet.plot.locus import root_locus
 from floquet.plot.parts import STYLE, root_figure, write_footer
 from floquet.plot.summary import RotorRows, validity_summary
-from floquet.sweep import MODES
+from floquet.rotor import PARAMETERS
+from floquet.sweep import MODES, repeated
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -105,14 +106,16 @@ def plot_database(database: Database | str | Path, kind: str, out: str | Path,
     path = _target(out)
     with contextlib.ExitStack() as closing:
         db = database if isinstance(database, Database) else closing.enter_context(open_database(database))
-        physics = _physics(db.attributes.get("options"))
+        options = db.attributes.get("options")
+        physics = _physics(options)
         if kind == ATLAS:
             return _written(KINDS[kind](_limits(db, rotor)), physics, path, dpi)
         rotors = [_drawable(db, kind, _rows(db, index)) for index in _chosen(db, rotor, every=kind in SUMMARIES)]
     if kind in SUMMARIES:
         drawn = KINDS[kind](rotors)
     else:
-        drawn = KINDS[kind](rotors[0].points, rotors[0].limits, name=rotors[0].name)
+        given = {"options": _options(options)} if kind == "error-vs-mu" else {}
+        drawn = KINDS[kind](rotors[0].points, rotors[0].limits, name=rotors[0].name, **given)
     return _written(root_figure(drawn[0] if isinstance(drawn, tuple) else drawn), physics, path, dpi)
 
 
@@ -126,7 +129,9 @@ def _limits(db: Database, rotor: object) -> dict[str, Any]:
     """The columns of an atlas from the limits at one tolerance: 5 % of the exact eigenvalue, if there is that."""
     if rotor is not None:
         raise ParameterError("rotor", rotor, f"{ATLAS} shows all rotors of a file: leave out --rotor")
-    found = db.query(table="limits", columns=list(ATLAS_COLUMNS)) if "limits" in db.tables else {}
+    about = [*(parameter.name for parameter in PARAMETERS), "hub", "blades"]
+    columns = list(dict.fromkeys([*ATLAS_COLUMNS, *about]))
+    found = db.query(table="limits", columns=columns) if "limits" in db.tables else {}
     if not len(found.get("limit", ())):
         raise ParameterError(
             "kind", ATLAS, f"{db.path} has no limits: give its study tolerances in [compare] and run it again"
@@ -134,19 +139,38 @@ def _limits(db: Database, rotor: object) -> dict[str, Any]:
     relative = found["metric"] == found["metric"].min()
     tolerances = np.unique(found["tolerance"][relative])
     chosen = relative & (found["tolerance"] == tolerances[np.argmin(np.abs(tolerances - 0.05))])
-    return {name: values[chosen] for name, values in found.items()}
+    return _once({name: values[chosen] for name, values in found.items()})
+
+
+def _once(limits: dict[str, Any]) -> dict[str, Any]:
+    """The limits without those of designs that an earlier one equals: files may give a node of the grid."""
+    _, first = np.unique(limits["rotor"], return_index=True)
+    values = {parameter.name: limits[parameter.name][first] for parameter in PARAMETERS}
+    again = [design for design, _ in repeated(values, limits["hub"][first], limits["blades"][first])]
+    kept = ~np.isin(limits["rotor"], limits["rotor"][first][again])
+    return {name: values[kept] for name, values in limits.items()}
 
 
 def _physics(options: Any) -> str:
     """The study's choices of physics that are not the usual ones, in words."""
-    try:
-        given = dict(json.loads(options))
-    except (TypeError, ValueError):
-        return ""
+    given = _stored(options)
     usual = {"model": "by hub", "tip_loss": 1.0}
     chosen = {name: value for name, value in given.items() if value != usual.get(name, False)}
     words = [name if value is True else f"{name} {value}" for name, value in chosen.items()]
     return f"With {', '.join(words)}.".replace("_", " ") if words else ""
+
+
+def _options(options: Any) -> dict[str, Any]:
+    """The study's choices of physics as keywords of ``compare``."""
+    given = _stored(options)
+    return {name: value for name, value in given.items() if (name, value) != ("model", "by hub")}
+
+
+def _stored(options: Any) -> dict[str, Any]:
+    try:
+        return dict(json.loads(options))
+    except (TypeError, ValueError):
+        return {}
 
 
 def _target(out: str | Path) -> Path:

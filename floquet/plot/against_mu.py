@@ -12,9 +12,9 @@ from matplotlib.ticker import FuncFormatter, MaxNLocator, MultipleLocator, NullF
 from numpy.typing import NDArray
 
 from floquet.comparison import Rule
+from floquet.plot.at_edges import Errors, errors_of
 from floquet.plot.curves import (
     Array,
-    Band,
     Exact,
     Failing,
     Pair,
@@ -22,8 +22,6 @@ from floquet.plot.curves import (
     checked,
     exact_curves,
     failing,
-    lock_bands,
-    modes_of,
     span,
     tpp_curves,
 )  # fmt: skip
@@ -32,6 +30,7 @@ from floquet.plot.parts import (
     COLOURS,
     COLUMN,
     DARK,
+    DASH_DOT,
     DASHED,
     DOTTED,
     LOCKED,
@@ -171,14 +170,20 @@ def _label_dampings(ax: Axes, exact: Exact, simple: Mapping[str, Pair], across: 
 # ---------------------------------------------------------------------- errors
 @styled
 def error_vs_mu(rows: Rows, limits: Rows | None = None, *, name: str = "", ax: Axes | None = None,
-                width: float = PAGE) -> Axes:  # fmt: skip
-    """Relative errors of the TPP modes of one rotor on a logarithmic scale, with tolerances and their crossings."""
+                width: float = PAGE, options: Mapping[str, Any] | None = None) -> Axes:  # fmt: skip
+    """Relative errors of the TPP modes of one rotor on a logarithmic scale, with tolerances and their crossings.
+
+    ``options`` are the keywords of ``compare`` that the rows were made with: by them the errors are computed at and
+    beside lock edges and splits of the TPP.
+    """
     rows = checked(rows, name)
     ax = new_figure(width, max(0.55 * width, COLUMN)).subplots() if ax is None else ax
-    bands, (start, end) = lock_bands(rows), span(rows)
+    errors, (start, end) = errors_of(rows, options or {}), span(rows)
+    bands = errors.bands
     shade(ax, bands, end)
-    found = {mode: failing(limits, mode) for mode in in_drawing_order(modes_of(rows))}
-    curves = {mode: _error_curve(rows, mode, limit) for mode, limit in found.items()}
+    _mark_splits(ax, errors)
+    found = {mode: failing(limits, mode) for mode in in_drawing_order(list(errors.error))}
+    curves = {mode: _error_curve(errors, mode, limit) for mode, limit in found.items()}
     for mode, curve in curves.items():
         _draw_error(ax, mode, *curve)
     highest = max((float(np.nanmax(error, initial=0.0)) for _, error, _ in curves.values()), default=0.0)
@@ -188,7 +193,7 @@ def error_vs_mu(rows: Rows, limits: Rows | None = None, *, name: str = "", ax: A
     ax.yaxis.set_minor_formatter(NullFormatter())
     _tolerance_lines(ax)
     _mark_crossings(ax, found)
-    headline(ax, rows, name, _error_handles(bands, any(mean.any() for *_, mean in curves.values())), narrow=1)
+    headline(ax, rows, name, _error_handles(errors, any(mean.any() for *_, mean in curves.values())), narrow=1)
     settle(ax)
     labels = Labels(ax)
     name_bands(labels, bands, end, 0.985)
@@ -196,10 +201,18 @@ def error_vs_mu(rows: Rows, limits: Rows | None = None, *, name: str = "", ax: A
     return ax
 
 
-def _error_curve(rows: Rows, mode: str, found: Failing | None) -> tuple[Array, Array, NDArray[np.bool_]]:
+def _mark_splits(ax: Axes, errors: Errors) -> None:
+    """A hatched strip at the bottom where a TPP pair is split, and a line up from each end."""
+    for a, b in errors.splits:
+        ax.axvspan(a, b, ymax=0.035, fill=False, hatch="//////", ec=DARK, lw=0.0, zorder=1.0, gid="TPP split")
+        for edge in (a, b):
+            if errors.mu[0] < edge < errors.mu[-1]:
+                ax.axvline(edge, color=DARK, lw=0.6, ls=DASH_DOT, zorder=1.2, gid="split edge", label="_split")
+
+
+def _error_curve(errors: Errors, mode: str, found: Failing | None) -> tuple[Array, Array, NDArray[np.bool_]]:
     """μ, error, and whether it is against the mean; through the crossings of the tolerance that the limits know."""
-    mu, error = np.asarray(rows["advance_ratio"], float), np.asarray(rows[f"error_{mode}"], float)
-    mean = np.asarray(rows[f"rule_{mode}"]) == Rule.MEAN
+    mu, error, mean = errors.mu, errors.error[mode], errors.rule[mode] == Rule.MEAN
     if found is not None:
         ends = np.array([x for pair in found.intervals for x in pair if mu[0] < x < mu[-1] and x not in mu], float)
         index = np.searchsorted(mu, ends)
@@ -216,8 +229,10 @@ def _draw_error(ax: Axes, mode: str, mu: Array, error: Array, mean: NDArray[np.b
         ax.plot(mu, np.where(joined, error, np.nan), ls=DOTTED, label=f"{mode}, against the mean", **style)
 
 
-def _error_handles(bands: Sequence[Band], mean: bool) -> list[Any]:
-    handles: list[Any] = [Patch(color=LOCKED, label="Floquet locked")] if bands else []
+def _error_handles(errors: Errors, mean: bool) -> list[Any]:
+    handles: list[Any] = [Patch(color=LOCKED, label="Floquet locked")] if errors.bands else []
+    if errors.splits:
+        handles.append(Patch(fill=False, hatch="//////", ec=DARK, lw=0.0, label="a TPP pair is split"))
     if mean:
         handles.append(Line2D([], [], color=DARK, lw=1.4, ls=DOTTED, label="against a locked pair's mean"))
     return handles

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
@@ -30,12 +31,18 @@ ATLAS_COLUMNS = ("mode", "tolerance", "metric", "lock_number", "limit", "mu_max"
 SHARES = {0.9: DOTTED, 0.5: "-", 0.1: "--"}  # of the designs: lines
 FEWEST, MOST_BINS = 20, 60  # designs worth an atlas; Lock numbers that are told apart
 STEPS = 240  # of μ
+MARK = 2.4  # points
+ROUNDING = 1e-9  # of a number of designs
 HEIGHT = 2.9  # inches
 
 
 @styled
 def validity_atlas(limits: Rows, *, width: float = PAGE) -> Figure:
-    """A panel for each mode: the share of designs whose limit is beyond μ, in shades; 90, 50 and 10 % as lines."""
+    """A panel for each mode: the share of designs whose limit is beyond μ, in shades; 90, 50 and 10 % as lines.
+
+    A line has a dot at each Lock number (of more than ``MOST_BINS``, at each of as many ranges): the last μ up to which
+    the share holds.  Between dots it is straight, and it ends where the share holds to the last μ.
+    """
     modes = [k for k in range(len(MODES)) if np.any(limits["mode"] == k)]
     designs, tolerance = len(np.unique(limits["rotor"])), limits["tolerance"]
     if designs < FEWEST or len(np.unique(limits["lock_number"])) < 2:
@@ -55,13 +62,24 @@ def validity_atlas(limits: Rows, *, width: float = PAGE) -> Figure:
     bar = figure.colorbar(image, ax=list(axes), pad=0.01, aspect=30, ticks=[0.0, 0.5, 1.0])
     bar.ax.set_yticklabels(["0", "50", "100 %"])
     bar.set_label("designs within the tolerance")
-    lines = [Line2D([], [], color=DARK, lw=1.0, ls=style, label=f"{percent(share)} of the designs hold")
-             for share, style in SHARES.items()]  # fmt: skip
+    drawn: Any = {"color": DARK, "lw": 1.0, "marker": "o", "ms": MARK, "mew": 0}
+    lines = [Line2D([], [], ls=style, label=f"{percent(s)} hold", **drawn) for s, style in SHARES.items()]
     band = Patch(facecolor="none", edgecolor=FOLKLORE_COLOUR, linewidth=1.6, label="folklore: valid to 0.3 … 0.4")
     figure.legend(handles=[*lines, band], loc="outside upper center", ncols=4, frameon=False)
-    words = f"{designs} designs; the simple model fails from the first error above {percent(float(tolerance.min()))}."
+    words = (
+        f"{designs} designs; the simple model fails from the first error above {percent(float(tolerance.min()))}. "
+        f"Lines are straight between their dots, at {_nodes(limits['lock_number'])}."
+    )
     write_footer(figure, words)
     return figure
+
+
+def _nodes(gamma: Array) -> str:
+    """Where the dots of the lines are."""
+    count = len(np.unique(gamma))
+    return (
+        f"the {count} Lock numbers of the designs" if count <= MOST_BINS else f"{MOST_BINS} ranges of the Lock number"
+    )
 
 
 def _draw(ax: Axes, gamma: Array, limit: Array, end: float) -> Any:
@@ -77,12 +95,19 @@ def _draw(ax: Axes, gamma: Array, limit: Array, end: float) -> Any:
     image = ax.pcolormesh(mu, values[there], held, cmap=_shades(), vmin=0.0, vmax=1.0, shading="nearest",
                           rasterized=True)  # fmt: skip
     for share, style in SHARES.items():
-        ax.contour(mu, values[there], held, levels=[share], colors=DARK, linewidths=1.0, linestyles=[style])
+        ends = [_end(limit[member[k]], share) for k in there]
+        at = np.where(np.array(ends) < end, ends, np.nan)
+        ax.plot(at, values[there], color=DARK, lw=1.0, ls=style, marker="o", ms=MARK, mew=0, gid=f"share {share:g}")
     low, high = FOLKLORE
     for place in (low, high):
         ax.axvline(place, color=FOLKLORE_COLOUR, lw=1.6, zorder=3.0)
     ax.set(xlim=(0.0, end), ylim=(values[there[0]], values[there[-1]]))
     return image
+
+
+def _end(limit: Array, share: float) -> float:
+    """The last μ up to which a share of the limits lies beyond; inf where it does to the end."""
+    return float(np.sort(limit)[min(math.floor((1.0 - share) * len(limit) + ROUNDING), len(limit) - 1)])
 
 
 def _shades() -> ListedColormap:

@@ -31,7 +31,7 @@ WIDTHS = {"differential": 2.8, "regressing": 2.0, "coning": 1.2, "advancing": 1.
 """Line widths in points, in drawing order: of modes that share an exponent, the thinner lies on the wider."""
 THIN = 1.3
 DARK, LOCKED, UNSTABLE, FOLKLORE_COLOUR = "#333333", "#E6E6E6", "#F7DCD3", "#F0E442"
-DASHED, DOTTED = (0, (4, 2)), (0, (1, 1))
+DASHED, DOTTED, DASH_DOT = (0, (4, 2)), (0, (1, 1)), (0, (5, 1.5, 1, 1.5))
 MM = 1.0 / 25.4
 COLUMN, PAGE = 85.0 * MM, 170.0 * MM
 """Widths of a journal's column and page in inches."""

@@ -5,11 +5,13 @@ net are searched in the same way, so that every passage of a boundary through a 
 mesh of the net a curve joins two passages::
 
     two on different sides      they are joined
+    one on each of four         joined so that a diagonal is not passed
+    two close ones on each      the sides of a narrow tongue: they go on side by side, if lines across it say so
     two on one side             the tip of a tongue, or a bulge: the mesh is cut in four, down to a part of the net
-    four or more                cut likewise, but for pairs of close passages: the two sides of a narrow tongue go on
-                                side by side
+    others                      cut likewise
 
-What lies within one mesh whole, as an island, is not seen; a narrower net sees it.
+What lies within one mesh whole, as an island, is not seen; a narrower net sees it.  A boundary along the border of the
+range is followed by the ends of the lines that meet the border.
 """
 
 from __future__ import annotations
@@ -22,6 +24,7 @@ from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.interpolate import BarycentricInterpolator
 
 from ..errors import ParameterError, did_you_mean
 from ..exponents import exponents
@@ -33,13 +36,19 @@ from .levels import BOUNDARIES, Boundary
 __all__ = ["BoundaryCurve", "boundaries", "transitions"]
 
 Array = NDArray[np.float64]
+Places = NDArray[np.intp]
 Ends = tuple[float, float]
 Line = tuple[float, float, float, float]  # x and y of its start, x and y of its end
 
+LEVELS = (1.0, -1.0)
 OFFSET = 0.38196601125010515  # of the net's lines, of which none is at a place that a problem would choose
 DEPTH = 7  # a mesh is cut in four so often at most
 NARROW = 0.05  # of a side: passages closer than this are the two sides of a tongue
 WIDTH = 1e-9  # of a line: two passages closer than this are none
+ACROSS = [0.04, 0.31, 0.69, 0.96]  # from one end of a tongue to the other: where it is looked at first,
+LOOKS = 10  # and how often at most
+NEAR, AT = 1e-12, 4e-15  # distance from a level: worth more digits, and none
+ALONG = np.array([0.13, 0.38196601125010515, 0.71])  # of a line that may lie in a boundary
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -75,7 +84,8 @@ def transitions(
     Returns
     -------
     values : (r,)
-        Of the parameter, in order; windows narrower than 1e-9 of the range are left out.
+        Of the parameter, in order; windows narrower than 1e-9 of the range are left out.  An end of the range that lies
+        on a boundary to rounding is one of them.
     rotation_number : (r,)
         ρ per unit of t.
     """
@@ -203,22 +213,48 @@ class _Plane:
         """For each line the places, 0 at its start and 1 at its end, and which of the two levels is passed."""
         x0, y0, x1, y1 = np.array(lines, float).reshape(-1, 4).T
 
-        def at(case: NDArray[np.intp], t: Array, *, precise: bool) -> PeriodMap:
+        def at(case: Places, t: Array, *, precise: bool) -> PeriodMap:
             return self.map(x0[case] + (x1 - x0)[case] * t, y0[case] + (y1 - y0)[case] * t, precise=precise)
+
+        def value(case: Places, t: Array) -> Array:
+            return self.level.value(at(case, t, precise=False))
 
         def beyond(level: float) -> Curve:
             return lambda case, t: self.level.beyond(at(case, t, precise=True), level)
 
         found = crossings(
-            lambda case, t: self.level.value(at(case, t, precise=False)),
+            value,
             np.zeros(len(lines)),
             np.ones(len(lines)),
-            (1.0, -1.0),
+            LEVELS,
             exact=beyond,
             least=WIDTH,
         )
-        ends = np.searchsorted(found.case, np.arange(len(lines) + 1))
-        return [(found.x[i:j], found.level[i:j]) for i, j in pairwise(ends)]
+
+        def on(level: float, t: float, lines: Places) -> Places:
+            """Those of some lines that are at a level at t."""
+            near = lines[np.abs(value(lines, np.full(len(lines), t)) - level) < NEAR]
+            return near[np.abs(beyond(level)(near, np.full(len(near), t))) < AT] if len(near) else near
+
+        case, place, reached = found.case, found.x, found.level
+        for level in LEVELS:
+            first, last = (on(level, end, np.arange(len(lines))) for end in (0.0, 1.0))
+            along = np.intersect1d(first, last)
+            for t in ALONG:
+                along = on(level, t, along)
+            twice = (
+                np.isin(case, along)
+                | (np.isin(case, first) & (place < WIDTH))
+                | (np.isin(case, last) & (place > 1.0 - WIDTH))
+            )
+            kept = ~(twice & (reached == level))
+            ends = [np.setdiff1d(some, along) for some in (first, last)]
+            case = np.concatenate([case[kept], *ends])
+            place = np.concatenate([place[kept], *(np.full(len(some), t) for t, some in enumerate(ends))])
+            reached = np.concatenate([reached[kept], *(np.full(len(some), level) for some in ends)])
+        order = np.lexsort((place, case))
+        of = np.searchsorted(case[order], np.arange(len(lines) + 1))
+        return [(place[order[i:j]], reached[order[i:j]]) for i, j in pairwise(of)]
 
 
 @dataclass(frozen=True, slots=True)
@@ -231,6 +267,7 @@ class _Point:
 
 
 Side = tuple[_Point, ...]
+Segment = tuple[_Point, _Point]
 
 
 def _points(line: Line, found: tuple[Array, Array]) -> Side:
@@ -248,7 +285,7 @@ class _Mesh:
     y: Ends
     sides: tuple[Side, Side, Side, Side]
     depth: int = 0
-    levels: tuple[float, ...] = field(default=(1.0, -1.0))
+    levels: tuple[float, ...] = LEVELS
 
     def around(self, level: float) -> list[tuple[_Point, int]]:
         """Passages through one level in the order of the circumference, with the number of their side."""
@@ -259,19 +296,43 @@ class _Mesh:
             sorted(above, key=lambda p: -p.x),
             sorted(left, key=lambda p: -p.y),
         )
-        return [(point, k) for k, side in enumerate(ordered) for point in side]
+        found = {point: k for k, side in enumerate(ordered) for point in side}  # one of a corner is one
+        return list(found.items())
 
     def clear(self, level: float) -> bool:
         """Whether it is plain which passages belong together."""
+        sides = [k for _, k in self.around(level)]
+        return not sides or (len(sides) == 2 and sides[0] != sides[1])
+
+    def tongue(self, level: float) -> tuple[Array, Array] | None:
+        """Ends, in units of the sides, of what may be a narrow tongue: two close passages on each of two sides."""
         points = self.around(level)
-        sides = [k for _, k in points]
-        if len(points) == 2:
-            return sides[0] != sides[1]
-        if len(points) != 4 or sorted(sides.count(k) for k in set(sides)) != [2, 2]:
-            return not points
-        scale = (self.x[1] - self.x[0], self.y[1] - self.y[0])
-        pairs = [[p for p, k in points if k == side] for side in sorted(set(sides))]
-        return all(abs(p.x - q.x) / scale[0] + abs(p.y - q.y) / scale[1] < NARROW for p, q in pairs)
+        pairs = [pair for side in range(4) if (pair := [p for p, k in points if k == side])]
+        if [len(pair) for pair in pairs] != [2, 2] or max(self.apart(*pair) for pair in pairs) > NARROW:
+            return None
+        (a, b), (c, d) = self.x, self.y
+        start, end = (
+            np.array([(0.5 * (p.x + q.x) - a) / (b - a), (0.5 * (p.y + q.y) - c) / (d - c)]) for p, q in pairs
+        )
+        return start, end
+
+    def across(self, start: Array, end: Array, share: float) -> Line:
+        """The line through the mesh across that from start to end, so far from its start; all in units of the sides."""
+        point, direction = start + share * (end - start), np.array([start[1] - end[1], end[0] - start[0]])
+        to = [(edge - p) / step for p, step in zip(point, direction, strict=True) if step for edge in (0.0, 1.0)]
+        ends = [point + reach * direction for reach in (max(t for t in to if t <= 0.0), min(t for t in to if t >= 0.0))]
+        (a, b), (c, d) = self.x, self.y
+        (x0, y0), (x1, y1) = np.clip(ends, 0.0, 1.0).tolist()
+        return a + (b - a) * x0, c + (d - c) * y0, a + (b - a) * x1, c + (d - c) * y1
+
+    def apart(self, p: _Point, q: _Point) -> float:
+        """Distance in units of the sides."""
+        return math.hypot((p.x - q.x) / (self.x[1] - self.x[0]), (p.y - q.y) / (self.y[1] - self.y[0]))
+
+    def diagonals(self) -> list[Line]:
+        """That which rises and that which falls."""
+        (a, b), (c, d) = self.x, self.y
+        return [(a, c, b, d), (a, d, b, c)]
 
     def middle(self) -> tuple[float, float]:
         """Where it is cut."""
@@ -305,7 +366,7 @@ def _net(plane: _Plane, x: Array, y: Array) -> list[_Mesh]:
     along = [(float(x[0]), float(v), float(x[-1]), float(v)) for v in y]
     across = [(float(u), float(y[0]), float(u), float(y[-1])) for u in x]
     lines = [*along, *across]
-    points = [_points(line, found) for line, found in zip(lines, plane.passages(lines), strict=True)]
+    points = _cuts(plane, lines)
     level = [_cut(side, [p.x for p in side], x) for side in points[: len(along)]]
     upright = [_cut(side, [p.y for p in side], y) for side in points[len(along) :]]
     found = []
@@ -323,26 +384,98 @@ def _cut(side: Side, places: Sequence[float], ends: Array) -> list[Side]:
     return [tuple(p for p, k in zip(side, part, strict=True) if k == i) for i in range(len(ends) - 1)]
 
 
-def _segments(plane: _Plane, meshes: Iterable[_Mesh]) -> Iterator[tuple[_Point, _Point]]:
+def _segments(plane: _Plane, meshes: Iterable[_Mesh]) -> Iterator[Segment]:
     """Passages that belong together, two a piece."""
     waiting = list(meshes)
     while waiting:
+        settled = _saddles(plane, waiting) | _tongues(plane, waiting)
         unclear = []
         for mesh in waiting:
-            open_levels = tuple(v for v in mesh.levels if mesh.depth < DEPTH and not mesh.clear(v))
+            open_levels = tuple(
+                v for v in mesh.levels if mesh.depth < DEPTH and not mesh.clear(v) and (id(mesh), v) not in settled
+            )
             for level in mesh.levels:
                 if level not in open_levels:
-                    yield from _joined(mesh.around(level))
+                    yield from settled.get((id(mesh), level)) or _joined(mesh.around(level))
             if open_levels:
                 unclear.append(_Mesh(mesh.x, mesh.y, mesh.sides, mesh.depth, open_levels))
-        lines = [line for mesh in unclear for line in mesh.cross()]
-        sides = [
-            _points(line, found) for line, found in zip(lines, plane.passages(lines) if lines else [], strict=True)
-        ]
+        sides = _cuts(plane, [line for mesh in unclear for line in mesh.cross()])
         waiting = [part for k, mesh in enumerate(unclear) for part in mesh.quarters(sides[4 * k : 4 * k + 4])]
 
 
-def _joined(points: Sequence[tuple[_Point, int]]) -> Iterator[tuple[_Point, _Point]]:
+def _cuts(plane: _Plane, lines: Sequence[Line]) -> list[Side]:
+    """The passages through lines."""
+    return [_points(line, found) for line, found in zip(lines, plane.passages(lines) if lines else [], strict=True)]
+
+
+@dataclass(frozen=True, eq=False)
+class _Tongue:
+    """What may be a narrow tongue through a mesh, and its width squared at shares of its way."""
+
+    mesh: _Mesh
+    level: float
+    ends: tuple[Array, Array]
+    shares: list[float] = field(default_factory=list)
+    squares: list[float] = field(default_factory=list)
+
+    def line(self, share: float) -> Line:
+        """Across it."""
+        return self.mesh.across(*self.ends, share)
+
+    def passed(self, share: float, side: Side) -> bool:
+        """Keep its width on a line across; False if it is not two passages that are there."""
+        pair = [p for p in side if p.level == self.level]
+        if len(pair) != 2:
+            return False
+        self.shares.append(share)
+        self.squares.append(self.mesh.apart(*pair) ** 2)
+        return True
+
+    def doubt(self) -> list[float]:
+        """Where it may be pinched off: its width squared is as smooth as what passes the level there.
+
+        So the polynomial through the squares is below zero where there is a gap between two lines.
+        """
+        places = np.linspace(0.02, 0.98, 65)
+        through = BarycentricInterpolator(self.shares, self.squares)(places)
+        lowest = int(np.argmin(through))
+        return [float(places[lowest])] if through[lowest] <= 0.0 and len(self.shares) < LOOKS else []
+
+
+def _saddles(plane: _Plane, meshes: Sequence[_Mesh]) -> dict[tuple[int, float], list[Segment]]:
+    """What belongs together where each of four sides is passed once, if a diagonal is not passed and one is twice."""
+    asked = [(mesh, v) for mesh in meshes for v in mesh.levels if [k for _, k in mesh.around(v)] == [0, 1, 2, 3]]
+    cuts = _cuts(plane, [line for mesh, _ in asked for line in mesh.diagonals()])
+    found = {}
+    for k, (mesh, v) in enumerate(asked):
+        below, right, above, left = (point for point, _ in mesh.around(v))
+        rising, falling = (sum(p.level == v for p in cut) for cut in cuts[2 * k : 2 * k + 2])
+        if (rising, falling) == (0, 2):
+            found[id(mesh), v] = [(below, right), (above, left)]
+        elif (rising, falling) == (2, 0):
+            found[id(mesh), v] = [(below, left), (above, right)]
+    return found
+
+
+def _tongues(plane: _Plane, meshes: Sequence[_Mesh]) -> dict[tuple[int, float], list[Segment]]:
+    """What belongs together where a narrow tongue goes through from side to side."""
+    waiting = [(_Tongue(mesh, v, ends), ACROSS) for mesh in meshes for v in mesh.levels if (ends := mesh.tongue(v))]
+    found = {}
+    while waiting:
+        asked = [(tongue, share) for tongue, shares in waiting for share in shares]
+        cuts = _cuts(plane, [tongue.line(share) for tongue, share in asked])
+        pinched = {
+            id(tongue) for (tongue, share), cut in zip(asked, cuts, strict=True) if not tongue.passed(share, cut)
+        }
+        left = [tongue for tongue, _ in waiting if id(tongue) not in pinched]
+        waiting = [(tongue, doubt) for tongue in left if (doubt := tongue.doubt())]
+        for tongue in left:
+            if not tongue.doubt():
+                found[id(tongue.mesh), tongue.level] = list(_joined(tongue.mesh.around(tongue.level)))
+    return found
+
+
+def _joined(points: Sequence[tuple[_Point, int]]) -> Iterator[Segment]:
     """Curves that do not cross: fewest that return to the side they come from, then the shortest."""
 
     @cache
@@ -369,7 +502,7 @@ def _joined(points: Sequence[tuple[_Point, int]]) -> Iterator[tuple[_Point, _Poi
         yield points[i][0], points[k][0]
 
 
-def _chains(segments: Sequence[tuple[_Point, _Point]]) -> list[list[tuple[float, float]]]:
+def _chains(segments: Sequence[Segment]) -> list[list[tuple[float, float]]]:
     """Segments end to end, the ends of open curves first."""
     beside: dict[_Point, list[_Point]] = {}
     for p, q in segments:

@@ -47,6 +47,7 @@ STEP = 1e-6  # of the parabola, relative to the range: its cubic error is below 
 AT_ONCE = 2048  # pieces
 SECANTS = 60  # at most, from there to where the curve itself has it
 NEWTON = 6  # steps from the middle of a cell in which the polynomial has one root
+OUT = 1e-10  # of a piece: a root so far from its end is not in it
 WELL = 1e-5  # slope, relative to the largest value, from which the curve itself is exact enough
 
 
@@ -113,7 +114,7 @@ def crossings(
     order = np.lexsort((places, reached, cases))
     cases, places, reached = cases[order], places[order], reached[order]
     same = (cases[1:] == cases[:-1]) & (reached[1:] == reached[:-1])
-    same &= places[1:] - places[:-1] <= SAME * np.max(stop - start, initial=0.0)
+    same &= places[1:] - places[:-1] <= max(SAME * np.max(stop - start, initial=0.0), 0.1 * least)
     cases, places, reached = (part[np.append(True, ~same)[: len(part)]] for part in (cases, places, reached))
     order = np.lexsort((places, cases))
     return Crossings(case=cases[order], x=places[order], level=reached[order])
@@ -207,7 +208,8 @@ def _roots(
         beside |= (which == which[i]) & (np.abs(low - low[i]) < REACH)
     one = ~touching & ~beside
     if one.any():
-        yield which[one], _polished(pieces, level, which[one], low[one], high[one], curve, exact)
+        x = _polished(pieces, level, which[one], low[one], high[one], curve, exact)
+        yield which[one][np.isfinite(x)], x[np.isfinite(x)]
     if touching.any():
         sharp = exact(level) if exact else lambda case, x: curve(case, x) - level
         yield _parted(pieces, which[touching], 0.5 * (low + high)[touching], sharp, least)
@@ -232,9 +234,13 @@ def _isolated(pieces: _Pieces, level: float) -> _Cells:
         single = ~empty & ((slope > half * by_theta[which]) | (slope > by * reach * by_x[which]))
         if single.any():
             i = np.flatnonzero(single)
-            above = [pieces.at(which[i], t)[0] > level for t in (low[i], high[i])]
-            i = i[above[0] != above[1]]
-            found.append((which[i], low[i], high[i], np.zeros(len(i), bool)))
+            values = [pieces.at(which[i], t)[0] - level for t in (low[i], high[i])]
+            passed = (values[0] > 0.0) != (values[1] > 0.0)
+            # at an end of the piece, where the root may be lost to rounding: no cell beyond it sees the other one
+            before, after = (np.abs(value) < noise[which[i]] for value in values)
+            doubtful = ~passed & (before & (low[i] == 0.0) | after & (high[i] == math.pi))
+            i, doubtful = i[passed | doubtful], doubtful[passed | doubtful]
+            found.append((which[i], low[i], high[i], doubtful))
         left = ~empty & ~single
         flat = slope**2 <= 2.0 * TOUCHING * size.max(axis=1)[which] * by_theta[which]
         close = left & (((half < CLOSE) & flat) | (half < SMALLEST))
@@ -286,7 +292,7 @@ def _polished(
 
 
 def _by_secants(f: Curve, case: Places, x: Array, slope: Array, a: Array, b: Array) -> Array:
-    """Roots of a curve that is known better than its polynomial, whose slope serves for the first step only.
+    """Roots of a curve that is known better than its polynomial, whose slope serves for the first step only; or nan.
 
     Towards two roots that are close to each other secants go by a factor of 1.6 until they are nearer than the two are.
     """
@@ -304,7 +310,9 @@ def _by_secants(f: Curve, case: Places, x: Array, slope: Array, a: Array, b: Arr
         left = left[np.abs(there - here) > 2.0 * EPS * np.maximum(np.abs(there), (b - a)[left])]
         if not len(left):
             break
-    return x
+    with np.errstate(divide="ignore", invalid="ignore"):
+        beyond = np.abs(value / slope) > OUT * (b - a)  # only held back by an end: the root is another piece's
+    return np.where(((x == a) | (x == b)) & beyond, math.nan, x)
 
 
 def _parted(pieces: _Pieces, which: Places, theta: Array, f: Curve, least: float) -> tuple[Places, Array]:

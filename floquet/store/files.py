@@ -1,0 +1,145 @@
+"""Files that appear whole or not at all: written beside their place, synced, and renamed."""
+
+from __future__ import annotations
+
+import contextlib
+import errno
+import glob
+import os
+import secrets
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+from ..errors import StorageError
+
+__all__ = ["Sink", "atomic", "remove_leftovers", "write_failure"]
+
+
+@contextlib.contextmanager
+def atomic(path: str | Path) -> Iterator[Path]:
+    """A temporary file beside ``path`` that takes its place when the block ends well, and vanishes when it does not."""
+    path = Path(path)
+    temporary = path.with_name(f".{path.name}.{secrets.token_hex(8)}.tmp")  # others may be on other machines
+    try:
+        yield temporary
+        _sync(temporary)
+        os.replace(temporary, path)
+        _sync_folder(path.parent)
+    except OSError as error:
+        raise StorageError(path, write_failure(error)) from error
+    finally:
+        with contextlib.suppress(OSError):
+            temporary.unlink()
+
+
+def remove_leftovers(folder: Path, name: str = "") -> None:
+    """Remove temporary files that killed writers of ``name``, or of any file, have left in a folder."""
+    for left in folder.glob(f".{glob.escape(name) or '*'}.*.tmp"):
+        with contextlib.suppress(OSError):
+            left.unlink()
+
+
+def _sync(path: Path) -> None:
+    with path.open("rb+") as file:  # Windows syncs only what may be written
+        os.fsync(file.fileno())
+
+
+def _sync_folder(folder: Path) -> None:
+    """Make a rename durable, where folders can be synced."""
+    with contextlib.suppress(OSError, AttributeError):
+        descriptor = os.open(folder, os.O_RDONLY)
+        try:
+            os.fsync(descriptor)
+        finally:
+            os.close(descriptor)
+
+
+def write_failure(error: OSError) -> str:
+    """Why a file could not be written, in a sentence."""
+    reasons = {
+        errno.ENOSPC: "the disk is full: free some space",
+        errno.EFBIG: "the file would pass the limit on file sizes: raise the limit or write elsewhere",
+        errno.EDQUOT: "the disk quota is used up: free some space",
+        errno.EACCES: "the folder may not be written to: choose another, or change its permissions",
+        errno.EROFS: "the file system is read-only: write elsewhere",
+        errno.ENOENT: "the folder does not exist: create it first",
+        errno.ENOTDIR: "a part of the path is a file, not a folder: check the path",
+        errno.EISDIR: "this is a folder: name a file",
+    }
+    why = reasons.get(error.errno or 0, f"{(error.strerror or str(error)).lower()}: check the disk")
+    return f"could not be written, because {why}; what was saved before is untouched"
+
+
+class Sink:
+    """A file for HDF5 to write to that never fails under its hands.
+
+    HDF5 does not survive a full disk: a file that cannot be flushed at its close may crash the process.  Here the first
+    error is kept, what follows is swallowed, and the error is raised when HDF5 is done.
+    """
+
+    def __init__(self, path: Path) -> None:
+        self.file, self.position = path.open("w+b", buffering=0), 0
+        self.error: OSError | None = None
+
+    def __enter__(self) -> Sink:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.file.close()
+        self.check()
+
+    def check(self) -> None:
+        """Raise what went wrong."""
+        if self.error is not None:
+            raise self.error
+
+    def write(self, data: Any) -> int:
+        """Write all of ``data`` at the position."""
+        left = memoryview(data).cast("B")
+        size = len(left)
+        try:
+            self.file.seek(self.position)
+            while len(left):
+                left = left[self.file.write(left) or 0 :]
+        except OSError as error:
+            self.error = self.error or error
+        self.position += size
+        return size
+
+    def readinto(self, buffer: Any) -> int:
+        """Fill ``buffer``, with zeros beyond what was written."""
+        view = memoryview(buffer).cast("B")
+        self.file.seek(self.position)
+        count = self.file.readinto(view) or 0
+        view[count:] = bytes(len(view) - count)
+        self.position += len(view)
+        return len(view)
+
+    def read(self, size: int) -> bytes:
+        """As :meth:`readinto`; h5py knows a file by this method."""
+        buffer = bytearray(size)
+        self.readinto(buffer)
+        return bytes(buffer)
+
+    def seek(self, offset: int, whence: int = os.SEEK_SET) -> int:
+        """Move; the end is the end of what was written."""
+        base = {os.SEEK_SET: 0, os.SEEK_CUR: self.position, os.SEEK_END: os.fstat(self.file.fileno()).st_size}[whence]
+        self.position = base + offset
+        return self.position
+
+    def tell(self) -> int:
+        """The position."""
+        return self.position
+
+    def truncate(self, size: int | None = None) -> int:
+        """Set the size."""
+        size = self.position if size is None else size
+        try:
+            self.file.truncate(size)
+        except OSError as error:
+            self.error = self.error or error
+        return size
+
+    def flush(self) -> None:
+        """Nothing waits here."""

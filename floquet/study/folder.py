@@ -1,0 +1,149 @@
+"""The folder of a running study, ``OUT.h5.parts``::
+
+    study.toml          the input, byte for byte
+    study.json          study id, columns, sizes of table and shard
+    points-<from>-<to>.h5, limits-<from>-<to>.h5
+
+The listing of shards is the journal.  The study id hashes every parameter of the plan and the engine's version.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import json
+from collections.abc import Iterable, Iterator, Mapping
+from pathlib import Path
+from typing import Any
+
+from .. import store
+from ..errors import DatabaseError, InputError, StorageError
+from ..studyfile import Study
+from ..sweep import Plan
+from .shards import sizes_of
+
+DAMAGED_JOURNAL = "its study.json is damaged: remove the folder and run the study again"
+
+
+def parts_of(out: str | Path) -> Path:
+    """The folder of a running study."""
+    return Path(f"{out}.parts")
+
+
+@contextlib.contextmanager
+def locked(folder: Path, study: Study, resume: bool) -> Iterator[dict[str, int]]:
+    """The study's folder, made or taken up, for one run at a time; gives the shard sizes that it began with."""
+    from filelock import FileLock, Timeout
+
+    sizes = sizes_of(study.plan)
+    described = json.dumps(
+        {
+            "study_id": study.id,
+            "sizes": sizes,
+            "columns": list(study.columns),
+            "points": study.plan.points,
+            "designs": study.plan.designs,
+            "names": list(study.plan.names),
+            "title": study.title,
+            "options": _options(study.plan),
+        },
+        indent=1,
+    )
+    with contextlib.suppress(FileExistsError), _storage(folder):
+        folder.mkdir()
+    lock = FileLock(folder / ".lock", timeout=0)
+    try:
+        lock.acquire()
+    except OSError as error:
+        if not isinstance(error, Timeout):
+            raise StorageError(folder, store.write_failure(error)) from error
+        raise InputError(f"{folder} is in use by another run: wait for it, or write to another file") from None
+    try:
+        journal = folder / "study.json"
+        if journal.exists():
+            if not resume:
+                raise InputError(
+                    f"{folder} holds an unfinished run: go on with it by --resume, or remove the folder to start again"
+                )
+            about = journal_of(folder)
+            if about.get("study_id") != study.id:
+                raise InputError(
+                    f"{folder} holds an unfinished run of another study: choose another output, or remove the folder"
+                )
+            same_columns(folder, study, columns_of(folder, about))
+            began = about.get("sizes")
+            if not (isinstance(began, dict) and began.keys() == sizes.keys() and all(map(_is_size, began.values()))):
+                raise DatabaseError(folder, DAMAGED_JOURNAL)
+            sizes = began
+        else:
+            with store.atomic(folder / "study.toml") as temporary:
+                temporary.write_text(study.text, encoding="utf-8")
+            with store.atomic(journal) as temporary:
+                temporary.write_text(described, encoding="utf-8")
+        yield sizes
+    finally:
+        lock.release()
+
+
+def _is_size(value: Any) -> bool:
+    return isinstance(value, int) and value > 0
+
+
+@contextlib.contextmanager
+def _storage(path: Path) -> Iterator[None]:
+    """OSErrors of folders and locks as sentences."""
+    try:
+        yield
+    except FileExistsError:
+        raise
+    except OSError as error:
+        raise StorageError(path, store.write_failure(error)) from error
+
+
+def _options(plan: Plan) -> dict[str, Any]:
+    """What rows of one database have in common beside their columns."""
+    return {"model": plan.model or "by hub", **plan.physics.as_dict()}
+
+
+def same_columns(place: Path, study: Study, there: Iterable[str]) -> None:
+    """Refuse to go on with a run of this study that stores other columns."""
+    there = set(there)
+    differences = [
+        f"{what} {', '.join(sorted(names))}"
+        for what, names in (("without", set(study.columns) - there), ("with", there - set(study.columns)))
+        if names
+    ]
+    if differences:
+        raise InputError(
+            f"{place} holds this study {' and '.join(differences)}: name the same columns, or choose another output"
+        )
+
+
+def journal_of(folder: Path) -> dict[str, Any]:
+    """What study.json says."""
+    try:
+        about = json.loads(text_of(folder / "study.json"))
+    except ValueError as error:
+        if isinstance(error, DatabaseError):
+            raise
+        raise DatabaseError(folder, DAMAGED_JOURNAL) from error
+    if not isinstance(about, dict):
+        raise DatabaseError(folder, DAMAGED_JOURNAL)
+    return about
+
+
+def columns_of(folder: Path, about: Mapping[str, Any]) -> tuple[str, ...]:
+    """The columns of points that a journal tells; all where it was written before there was a choice."""
+    try:
+        return store.chosen(about.get("columns", [store.EVERY]))
+    except (InputError, TypeError, AttributeError) as error:
+        raise DatabaseError(folder, DAMAGED_JOURNAL) from error
+
+
+def text_of(path: Path) -> str:
+    """A file of a study's folder."""
+    try:
+        return path.read_text(encoding="utf-8")
+    except (OSError, UnicodeDecodeError) as error:
+        raise DatabaseError(
+            path, "this file of the study's folder is missing or cannot be read: put it back, or run the study again"
+        ) from error
