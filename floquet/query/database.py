@@ -2,18 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import ExitStack
 from functools import cached_property
+from itertools import chain
 from pathlib import Path
 from types import TracebackType
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from floquet.errors import DatabaseError, ParameterError, QueryError, did_you_mean, file_name
 from floquet.query.between import LEAST, MOST, MU, Interpolated, interpolated, kinds, wanted
-from floquet.query.frames import axes_columns, library, to_pandas, to_xarray
+from floquet.query.frames import DERIVED, DESIGN, axes_columns, library, to_pandas, to_xarray
+from floquet.query.grid import Axis, axes_of, between, checked_design, conditions, finite, speeds_of
 from floquet.query.groups import Groups, reductions
 from floquet.query.groups import keys as group_keys
 from floquet.query.language import (
@@ -28,8 +30,12 @@ from floquet.query.language import (
     compile_expression,
     short,
 )
+from floquet.query.meanings import meaning
 from floquet.query.selection import Best, Nearest, first, joined
 from floquet.query.several import Reader, Several, check_once
+
+if TYPE_CHECKING:
+    from floquet.export import Answer
 
 DEFAULT_COLUMNS = {
     "points": (
@@ -47,8 +53,11 @@ DEFAULT_COLUMNS = {
 class Database:
     """An open database: ``with open_database("validity.h5") as db: db.query("advance_ratio > 0.3")``."""
 
-    def __init__(self, path: str | Path, reader: Reader, closing: ExitStack | None = None) -> None:
+    def __init__(
+        self, path: str | Path, reader: Reader, closing: ExitStack | None = None, sources: Sequence[str] | None = None
+    ) -> None:
         self.path = str(path)
+        self._sources = (self.path,) if sources is None else tuple(sources)
         self._open: Reader | None = reader
         self._closing = closing or ExitStack()
 
@@ -126,7 +135,8 @@ class Database:
         beside the index ``rotor`` (an empty text where a rotor has no name). ``sort`` is stable, with nan last in both
         directions; ``limit`` is the number of rows, after sorting. Memory holds a chunk and the answer.
         """
-        found, wanted = self._rows(expression, table, columns, sort, descending, limit)
+        pieces, wanted = self._rows(expression, table, columns, sort, descending, limit)
+        found = joined(list(pieces))
         return {name: found[name] for name in wanted}
 
     def to_pandas(self, expression: str = "", *, table: str = "points", **options: Any) -> Any:
@@ -156,8 +166,76 @@ class Database:
         library("xarray", "to_xarray")
         present = self.columns(table)
         also = axes_columns(present)
-        found, wanted = self._rows(expression, table, columns, sort, descending, limit, also)
-        return to_xarray(found, wanted, present, self.attributes)
+        pieces, wanted = self._rows(expression, table, columns, sort, descending, limit, also)
+        return to_xarray(joined(list(pieces)), wanted, present, self.attributes)
+
+    def save(
+        self,
+        out: str | Path,
+        expression: str = "",
+        *,
+        by: str | Sequence[str] | None = None,
+        reduce: str | Sequence[str] | None = None,
+        **options: Any,
+    ) -> Path:
+        """Write the answer of ``query``, or of ``groups`` with ``by`` or ``reduce``, as .csv, .json, .parquet or .nc.
+
+        The ending of ``out`` decides; a file of that name is replaced when the new one is complete. Rows are streamed:
+        memory holds a chunk, or what ``sort`` has to hold.
+        """
+        from floquet import export
+
+        export.checked_format(out)
+        return export.write(self.answer(expression, by=by, reduce=reduce, **options), out)
+
+    def answer(
+        self,
+        expression: str = "",
+        *,
+        by: str | Sequence[str] | None = None,
+        reduce: str | Sequence[str] | None = None,
+        table: str = "points",
+        columns: str | Sequence[str] | None = None,
+        sort: str | None = None,
+        descending: bool = False,
+        limit: int | None = None,
+    ) -> Answer:
+        """The answer of ``query`` or ``groups`` on its way out: what its columns are, and its rows piece by piece."""
+        from floquet import export, store
+
+        order: dict[str, Any] = {"sort": sort, "descending": descending, "limit": limit}
+        rows = None
+        if by is None and reduce is None:
+            pieces, wanted = self._rows(expression, table, columns, sort, descending, limit)
+        elif columns is not None:
+            raise ParameterError("columns", columns, "it names columns of rows, and by and reduce those of groups")
+        else:
+            found = self.groups(expression, by=by, reduce="count" if reduce is None else reduce, table=table, **order)
+            pieces, wanted, rows = iter([found]), list(found), len(next(iter(found.values())))
+        beginning = next(pieces)  # every answer has a piece, be it without rows
+        present = self.columns(table)
+        about = {name: meaning(name, beginning[name].dtype, present) for name in wanted}
+        return export.Answer(
+            columns={name: store.Column(*entry) for name, entry in about.items()},
+            pieces=({name: piece[name] for name in wanted} for piece in chain([beginning], pieces)),
+            count=lambda: self._count(expression, table, limit) if rows is None else rows,
+            names=self.names, attributes=self.attributes, sources=self._sources,
+        )  # fmt: skip
+
+    def _count(self, expression: str, table: str, limit: int | None) -> int:
+        """How many rows a query has, by a pass over the columns of its expression."""
+        if not expression.strip():
+            rows = self.rows(table)
+        else:
+            counted = self.groups(expression, reduce="count", table=table)["count"]
+            rows = int(counted.sum())
+        return rows if limit is None else min(rows, limit)
+
+    def _asked(self, expression: str, table: str) -> tuple[dict[str, Column], Scope, Predicate]:
+        """The columns of a table, what an expression may name, and the expression, checked before a row is read."""
+        present = self.columns(table)
+        scope = Scope.of(present, self.names, self._reader.left_out(table))
+        return present, scope, compile_expression(expression, scope)
 
     def _rows(
         self,
@@ -168,26 +246,25 @@ class Database:
         descending: bool,
         limit: int | None,
         also: Sequence[str] = (),
-    ) -> tuple[Rows, list[str]]:
-        """The rows of a query, and which of their columns were asked for."""
-        present = self.columns(table)
-        scope = Scope.of(present, self.names, self._reader.left_out(table))
-        predicate = self._settled(table, compile_expression(expression, scope))
+    ) -> tuple[Iterator[Rows], list[str]]:
+        """The rows of a query in pieces, of which there is one at least, and which of their columns were asked for."""
+        present, scope, predicate = self._asked(expression, table)
         key = () if sort is None else (scope.check(str(sort)),)
         wanted = self._wanted(table, columns, present, scope, (*predicate.names, *key))
         limit = _checked_limit(limit)
         best = Best(key[0], bool(descending), limit) if key else None
         read = [ROTOR if name == ROTOR_NAME else name for name in (*wanted, *also)]
-        pieces = self._pieces(table, predicate, list(dict.fromkeys([*read, *key])), best, limit)
-        if best is None:
-            found = first(pieces, limit)
-        else:
+        pieces = self._pieces(table, self._settled(table, predicate), list(dict.fromkeys([*read, *key])), best, limit)
+        if best is not None:
             for piece in pieces:
                 best.add(piece)
-            found = best.result()
-        if ROTOR_NAME in wanted:
-            found[ROTOR_NAME] = self._named(found[ROTOR])
-        return found, wanted
+            pieces = iter([best.result()])
+        found = first(pieces, limit)
+        return (self._with_names(found) if ROTOR_NAME in wanted else found), wanted
+
+    def _with_names(self, pieces: Iterable[Rows]) -> Iterator[Rows]:
+        for piece in pieces:
+            yield piece | {ROTOR_NAME: self._named(piece[ROTOR])}
 
     def groups(
         self,
@@ -202,14 +279,13 @@ class Database:
     ) -> Rows:
         """One row a group of rows with equal values in the columns ``by``, of those for which ``expression`` holds.
 
-        ``reduce`` names what is said of a group, ``"min(limit), mean(limit), count"``: min, max and mean pass over nan;
-        count is of rows, count(x) of those where x is not nan; first(x) is of the first row in the file. The answer has
-        the columns ``by`` (and the rotors' names beside ``rotor``) and those reductions, under their names as written
-        here. It is in the order of ``by``, or of ``sort``, one of its columns; nan comes last. Memory holds a chunk and
-        the groups.
+        ``reduce`` names what is said of a group, ``"min(limit), mean(limit), count"``: min, max, mean and median pass
+        over nan; count is of rows, count(x) of those where x is not nan; first(x) is of the first row in the file. The
+        answer has the columns ``by`` (and the rotors' names beside ``rotor``) and those reductions, under their names
+        as written here. It is in the order of ``by``, or of ``sort``, one of its columns; nan comes last. Memory holds
+        a chunk and the groups, and of a median the column it is of.
         """
-        present = self.columns(table)
-        scope = Scope.of(present, self.names, self._reader.left_out(table))
+        present, scope, predicate = self._asked(expression, table)
         reduced, keys = reductions(reduce, present, scope), group_keys(by, scope)
         limit = _checked_limit(limit)
         names = [*keys, *(one.name for one in reduced)]
@@ -218,9 +294,8 @@ class Database:
             raise ParameterError("sort", sort, f"{short(str(sort))!r} is none of {', '.join(names)}{near}")
         whole = {name: np.dtype(column.dtype) for name, column in present.items()}
         groups = Groups(keys, reduced, {**scope.dtypes, **whole})
-        predicate = self._settled(table, compile_expression(expression, scope))
-        read = groups.read or list(present)[:1]
-        for rows in self._pieces(table, predicate, read, None, None):
+        read = groups.read or list(predicate.names) or list(present)[:1]
+        for rows in self._pieces(table, self._settled(table, predicate), read, None, None):
             groups.add(rows, len(rows[read[0]]))
         found = groups.result()
         if sort is not None:
@@ -229,7 +304,7 @@ class Database:
             best = Best(sort, bool(descending), None)
             best.add(found)
             found = best.result()
-        if ROTOR in keys and self.names:
+        if ROTOR in keys and any(self.names):
             names.insert(names.index(ROTOR) + 1, ROTOR_NAME)
             found[ROTOR_NAME] = self._named(found[ROTOR])
         return {name: found[name][:limit] for name in names}
@@ -241,6 +316,7 @@ class Database:
         advance_ratio: float,
         columns: str | Sequence[str] | None = None,
         rows: int = 6,
+        **design: float,
     ) -> Interpolated:
         """Columns of one design at an advance ratio between its rows, each with an estimate of its error.
 
@@ -249,24 +325,50 @@ class Database:
         the one through a row less and of that one's. Without ``columns`` it is all that have numbers. Where an edge of
         a lock lies between the rows about it, or the kind of a mode's pair changes, it is refused; rows beyond such are
         not taken.
+
+        Of rotors that are a grid, ``db.at(advance_ratio=0.333, lock_number=7.3, hinge_offset=0.02)`` is for a design
+        between them; it names every parameter in which the rotors of ``expression`` differ.
         """
-        mu = _checked_mu(advance_ratio)
+        mu, design = finite(MU, advance_ratio), checked_design(design)
         if isinstance(rows, bool) or not isinstance(rows, int | np.integer) or not LEAST <= rows <= MOST:
             raise ParameterError("rows", rows, f"{short(repr(rows))} was given; it is a number from {LEAST} to {MOST}")
-        present = self.columns()
-        scope = Scope.of(present, self.names, self._reader.left_out("points"))
+        present, scope, _ = self._asked(expression, "points")
         names = wanted([columns] if isinstance(columns, str) else columns, present, scope)
         if not names:
             raise ParameterError("columns", columns, "no column that is stored here has values between rows")
+        watched = kinds(names, present)
+        read = list(dict.fromkeys([ROTOR, MU, *watched, *names]))
+        if design:
+            rotor, axes = self._grid(expression, present, design)
+            expression = _both(expression, conditions([axis.reach(int(rows)) for axis in axes]))
+            if any(axis.node is None for axis in axes):
+                speeds = speeds_of(self.query(_both(expression, f"rotor == {rotor}"), columns=MU)[MU], mu)
+                box = [axis.reach(int(rows)) for axis in (*axes, speeds)]
+                found = self.query(_both(expression, conditions(box[-1:])), columns=[*read, *(a.name for a in axes)])
+                return between(found, names, watched, present, box, int(rows))
         rotors = self.groups(expression, by=ROTOR)[ROTOR].tolist()
         if len(rotors) != 1:
-            found = ", ".join(map(str, rotors[:6])) + (", …" if len(rotors) > 6 else "")
-            what = f"{len(rotors)} rotors have rows for which it holds ({found})" if rotors else "it holds for no row"
+            listed = ", ".join(map(str, rotors[:6])) + (", …" if len(rotors) > 6 else "")
+            what = f"{len(rotors)} rotors have rows for which it holds ({listed})" if rotors else _NO_ROW
             raise ParameterError("expression", expression, f"{what}; name one, as in rotor == 0")
-        watched = kinds(names, present)
-        found_rows = self.query(expression, columns=[ROTOR, MU, *watched, *names])
-        name = str(self._named(found_rows[ROTOR][:1])[0])
-        return interpolated(found_rows, names, watched, present, mu, int(rows), name)
+        found = self.query(expression, columns=read)
+        name = str(self._named(found[ROTOR][:1])[0])
+        return interpolated(found, names, watched, present, mu, int(rows), name)
+
+    def _grid(
+        self, expression: str, present: Mapping[str, Column], design: Mapping[str, float]
+    ) -> tuple[int, list[Axis]]:
+        """The axes that the rotors of an expression form, and a rotor of the node nearest to the design."""
+        known = [name for name in (*DESIGN, DERIVED) if name in present]
+        found = self.groups(expression, by=ROTOR, reduce=[f"first({name})" for name in known])
+        rotors = {ROTOR: found[ROTOR]} | {name: found[f"first({name})"] for name in known}
+        if not rotors[ROTOR].size:
+            raise ParameterError("expression", expression, f"{_NO_ROW}; name rows of some rotors, or leave it out")
+        axes = axes_of(rotors, design)
+        near = np.ones(rotors[ROTOR].size, dtype=bool)
+        for axis in axes:
+            near &= rotors[axis.name] == axis.nodes[np.argmin(np.abs(axis.nodes - axis.at))]
+        return int(rotors[ROTOR][near][0]), axes
 
     def _wanted(
         self,
@@ -279,7 +381,7 @@ class Database:
         named = (ROTOR_NAME,) if ROTOR in present else ()
         if columns is None:
             short = [FILE, *DEFAULT_COLUMNS.get(table, present), *used]
-            known = {*present, *(named if self.names else ())}
+            known = {*present, *(named if any(self.names) else ())}
             return list(dict.fromkeys(name for name in short if name in known or name in used))
         wanted: dict[str, None] = {}
         for name in [columns] if isinstance(columns, str) else columns:
@@ -334,10 +436,12 @@ class Database:
         return names[np.where((rotor >= 0) & (rotor < len(self.names)), rotor, len(self.names))]
 
 
-def _checked_mu(value: object) -> float:
-    if isinstance(value, bool) or not isinstance(value, int | float | np.number) or not np.isfinite(value):
-        raise ParameterError("advance_ratio", value, f"{short(repr(value))} was given; it must be a finite number")
-    return float(value)
+_NO_ROW = "it holds for no row"
+
+
+def _both(*expressions: str) -> str:
+    """The expression that holds where all do; an empty one holds everywhere."""
+    return " and ".join(f"({text})" for text in expressions if text.strip())
 
 
 def _checked_limit(limit: object) -> int | None:
@@ -363,4 +467,4 @@ def open_database(path: str | Path | Sequence[str | Path]) -> Database:
     check_once(paths)
     with closing:
         readers = [closing.enter_context(store.open_file(one)) for one in paths]
-        return Database(", ".join(paths), Several(paths, readers), closing.pop_all())
+        return Database(", ".join(paths), Several(paths, readers), closing.pop_all(), paths)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -83,12 +83,12 @@ def joined(pieces: Sequence[Rows]) -> Rows:
     return {name: np.concatenate([piece[name] for piece in pieces]) for name in pieces[0]}
 
 
-def first(pieces: Iterable[Rows], limit: int | None) -> Rows:
+def first(pieces: Iterable[Rows], limit: int | None) -> Iterator[Rows]:
     """The first rows in file order; reading stops when they are there."""
-    kept, rows = [], 0
+    left = limit
     for piece in pieces:
-        kept.append(piece)
-        rows += len(next(iter(piece.values())))
-        if limit is not None and rows >= limit:
-            break
-    return {name: values[:limit] for name, values in joined(kept).items()}
+        rows = len(next(iter(piece.values())))
+        yield piece if left is None or rows <= left else {name: values[:left] for name, values in piece.items()}
+        left = None if left is None else max(left - rows, 0)
+        if left == 0:
+            return
