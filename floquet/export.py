@@ -16,6 +16,7 @@ from __future__ import annotations
 import csv
 import io
 import json
+import math
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -32,7 +33,7 @@ __all__ = ["Answer", "checked_format", "export", "text", "whole", "write"]
 
 Array = NDArray[Any]
 ROTOR, ROTOR_NAME = "rotor", "rotor_name"
-NAMES = store.Column("O", "1", "name of the rotor")
+NAMES = store.Column("O", "", "name of the rotor")
 TOGETHER = 65536
 """Rows of a row group of Parquet: pieces of a query may have one row each."""
 PARTS = ("re", "im")
@@ -138,16 +139,32 @@ def _csv_lines(rows: Iterable[Iterable[Any]]) -> str:
 
 
 def _json_blocks(answer: Answer) -> Iterator[str]:
+    """What ``json.dumps`` gives with an indent of two, several times as fast: every record has the same keys."""
+    keys = [_ENCODED(name).replace("%", "%%") for name in answer.columns]
+    record = "  {\n" + ",\n".join(f"    {key}: %s" for key in keys) + "\n  }"
     yield "["
     before = "\n"
     for piece in answer.pieces:
-        lists = [words(piece[name], column.flags) for name, column in answer.columns.items()]
-        records = [dict(zip(answer.columns, map(strict, row), strict=True)) for row in zip(*lists, strict=True)]
-        if records:
-            inside = json.dumps(records, indent=2, ensure_ascii=False, allow_nan=False)[1:-2]  # without the brackets
-            yield before + inside.removeprefix("\n")
+        lists = [_json_values(piece[name], column) for name, column in answer.columns.items()]
+        if records := ",\n".join(record % row for row in zip(*lists, strict=True)):
+            yield before + records
             before = ",\n"
     yield "]\n" if before == "\n" else "\n]\n"
+
+
+def _json_values(values: Array, column: store.Column) -> list[str]:
+    if column.dtype == "c16":
+        parts = (_json_values(part, NAMES) for part in (values.real, values.imag))
+        return [f"[\n      {real},\n      {imaginary}\n    ]" for real, imaginary in zip(*parts, strict=True)]
+    return [
+        repr(value)
+        if type(value) is int or (type(value) is float and math.isfinite(value))
+        else _ENCODED(strict(value))
+        for value in words(values, column.flags)
+    ]
+
+
+_ENCODED = json.JSONEncoder(ensure_ascii=False, allow_nan=False).encode
 
 
 def _to_text(answer: Answer, out: Path) -> None:
@@ -219,7 +236,7 @@ def _to_netcdf(answer: Answer, out: Path) -> None:
     numbers = {name: i for i, name in enumerate(dict.fromkeys([*answer.names, ""]))}
     if ROTOR_NAME in columns:
         flags = {i: name or "-" for name, i in numbers.items()}
-        columns[ROTOR_NAME] = replace(NAMES, dtype="i4", flags=flags)
+        columns[ROTOR_NAME] = replace(NAMES, dtype="i4", units="1", flags=flags)
     kept = {
         k: v for k, v in answer.attributes.items() if k not in ("attributes_digest", "schema_version", "Conventions")
     }
