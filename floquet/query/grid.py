@@ -4,12 +4,16 @@ The rotors of a study may be every combination of the values of some parameters.
 advance ratios, with the weights of :mod:`floquet.query.between` on each axis a of k_a nodes, nearest first::
 
     p = Σ_i … Σ_j  w_i(x_1) … w_j(x_d) y_i…j        p_a, q_a: the same with k_a - 1 and k_a - 2 nodes on the axis a
-    error = Σ_a max(|p - p_a|, |p_a - q_a|)  +  4 ε Σ |w y|
+    error = c (Σ_a max(|p - p_a|, |p_a - q_a|)  +  4 ε Σ |w y|)        c = 4 where the box ends at an edge, else 1
 
 All nodes of the box that is taken are of one kind (lock, half-interval of the rotation number, ``rule`` and ``cause``
 of a mode).  It begins as the cell about the point, which is refused if it is of several kinds, and grows by a layer at
 a time on the axis with the fewest nodes, as long as the layer is of that kind.  An axis on which the point has a node's
-value keeps that node.  The error is an estimate, no bound.
+value keeps that node.
+
+The error is an estimate, no bound.  Next to an edge, where columns have square roots, polynomials converge slowly: at
+1000 random designs (γ of 4 to 12 by ¼, ε of 0 to 0.08 by 0.01, μ of 0 to 0.5 by 0.01) the sum without c was too small
+for 6 to 13 % of a column's values where the box ends at an edge, by up to 5 times, and elsewhere for less than 1 %.
 """
 
 from __future__ import annotations
@@ -29,6 +33,7 @@ WHOLE = ("blades", "hub")
 NAMES = tuple(name for name in (*DESIGN, DERIVED) if name not in WHOLE)
 """The parameters of a design that may lie between those of rotors."""
 ROUNDING = 4 * float(np.finfo(float).eps)
+AT_EDGE = 4.0
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -145,7 +150,7 @@ def between(rows: Rows, names: Sequence[str], kinds: Sequence[str], present: Map
         raise ParameterError(MU, axes[-1].at, "the rotors about it do not have the same advance ratios there")
     order = np.argsort(index)
     box = {name: rows[name][order].reshape(shape) for name in (*names, *kinds)}
-    ends = _grown(axes, {name: box[name] for name in kinds}, present, count)
+    ends, at_edge = _grown(axes, {name: box[name] for name in kinds}, present, count)
     cut = tuple(slice(low, high + 1) for low, high in ends)
     taken = [axis.nodes[part] for axis, part in zip(axes, cut, strict=True)]
     nodes = {axis.name: tuple(x.tolist()) for axis, x in zip(axes, taken, strict=True)}
@@ -153,8 +158,11 @@ def between(rows: Rows, names: Sequence[str], kinds: Sequence[str], present: Map
     values, errors = {}, {}
     with np.errstate(all="ignore"):
         for name in names:
-            found = (at[name], 0.0) if name in at else _product(taken, list(at.values()), box[name][cut])
-            values[name], errors[name] = found
+            if name in at:
+                values[name], errors[name] = at[name], 0.0
+                continue
+            values[name], error = _product(taken, list(at.values()), box[name][cut])
+            errors[name] = AT_EDGE * error if at_edge else error
     mu = at.pop(MU)
     return Interpolated(
         advance_ratio=mu, rotor=-1, rotor_name="", rows=nodes.pop(MU), values=values, errors=errors, design=at,
@@ -162,8 +170,10 @@ def between(rows: Rows, names: Sequence[str], kinds: Sequence[str], present: Map
     )  # fmt: skip
 
 
-def _grown(axes: Sequence[Axis], kinds: Rows, present: Mapping[str, Column], count: int) -> list[tuple[int, int]]:
-    """The first and last node on each axis of the box of one kind about the point."""
+def _grown(
+    axes: Sequence[Axis], kinds: Rows, present: Mapping[str, Column], count: int
+) -> tuple[list[tuple[int, int]], bool]:
+    """The first and last node on each axis of the box of one kind about the point; whether it ends at an edge."""
     kind = _kind(kinds)
     ends = [axis.cell for axis in axes]
     _check_cell(axes, ends, kinds, present)
@@ -193,7 +203,7 @@ def _grown(axes: Sequence[Axis], kinds: Rows, present: Mapping[str, Column], cou
                 f"({x[low]:g} to {x[high]:g}), and a value with its error takes {LEAST}; compute there, or run the "
                 "study with more values",
             )  # fmt: skip
-    return ends
+    return ends, bool(stuck)
 
 
 def _kind(kinds: Rows) -> Array:
