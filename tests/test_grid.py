@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import json
 import re
+import shlex
 from pathlib import Path
 from typing import Any
 
@@ -250,8 +252,6 @@ def status(*arguments: str) -> int:
 def test_the_command_line_gives_values_and_errors(
     computed: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    import json
-
     monkeypatch.chdir(computed.parent)
     places = ("--at", "advance_ratio=.123", "--at", "lock_number=7.3", "--at", "hinge-offset = 0.031")
     assert status("query", "grid.h5", *places, "--columns", "exponent_1,error_regressing", "--json") == 0
@@ -280,6 +280,28 @@ def test_the_command_line_gives_values_and_errors(
         assert status("query", "grid.h5", *wrong) == 2
         error = capsys.readouterr().err
         assert sentence in error and "Traceback" not in error, error
+
+
+def test_the_examples_of_the_page_run(
+    computed: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    pytest.importorskip("pyarrow")
+    monkeypatch.chdir(computed.parent)
+    page = (Path(__file__).parents[1] / "docs" / "query.md").read_text(encoding="utf-8")
+    fenced = {kind: re.findall(rf"^```{kind}\n(.*?)^```$", page, flags=re.M | re.S) for kind in ("shell", "python3")}
+    lines = [line for block in fenced["shell"] for line in block.splitlines()]
+    assert len(lines) == 5 and len(fenced["python3"]) == 2
+    for line in lines:
+        program, *arguments = shlex.split(line)
+        assert program == "floquet" and status(*arguments) == 0, line
+        shown = capsys.readouterr()
+        assert "wrote" in shown.err if "-o" in arguments else "exponent_1" in shown.out
+    names: dict[str, Any] = {"open_database": open_database}
+    for block in fenced["python3"]:
+        exec(block, names)
+    assert set(names["found"].values) == {"exponent_1", "error_coning"}
+    written = {path.name for path in computed.parent.iterdir()}
+    assert {"failing.parquet", "failing.nc", "medians.csv", "medians.json", "points.nc"} <= written
 
 
 def test_an_axis_reaches_as_far_as_its_rows() -> None:
