@@ -20,6 +20,7 @@ sys.path.insert(0, str(ROOT))
 
 from tests.faults import FAULTS, Mutant  # noqa: E402
 from tests.faults_modes import MODES  # noqa: E402
+from tests.faults_query import QUERIES  # noqa: E402
 
 LEFT_OUT = shutil.ignore_patterns(".git", ".venv", "results", "__pycache__", ".*_cache", ".hypothesis", "dist", "build")
 
@@ -102,7 +103,7 @@ OTHERS: tuple[Mutant, ...] = (
     Mutant("another tolerance's limits", REPORT, 'if r["tolerance"] == tolerance and', "if", ASKED),
     Mutant("inflow not mentioned", REPORT, "{LEGEND}\\n{NO_INFLOW}", "{LEGEND}", ASKED),
 )
-MUTANTS = (*FAULTS, *MODES, *OTHERS)
+MUTANTS = (*FAULTS, *MODES, *QUERIES, *OTHERS)
 
 
 def run(tree: Path, tests: str) -> subprocess.CompletedProcess[str]:
