@@ -7,6 +7,8 @@
 #   make mutants    break the code on purpose: every break must fail a test
 #   make check-boundaries   locks of 10 000 random designs against a brute-force scan (ten to twenty minutes)
 #   make prove-storage      a hundred kills of runs and workers, also on Dask: the data stay the same (some minutes)
+#   make prove-files        25 000 damaged databases: no wrong number, no crash, no hang (some tens of minutes)
+#   make prove-input        100 000 queries, 20 000 rotor and study files: right answers or sentences (some tens of minutes)
 #   make clean      remove .venv, results and caches
 
 VENV := .venv
@@ -15,7 +17,7 @@ FLOQUET := $(PYTHON) -m floquet
 DATABASE := results/validity.h5
 FIGURES := validity-summary root-locus eigenvalues-vs-mu error-vs-mu
 
-.PHONY: help validity report1431 test bench mutants check-boundaries prove-storage clean environment test-environment bench-environment
+.PHONY: help validity report1431 test bench mutants check-boundaries prove-storage prove-files prove-input clean environment test-environment bench-environment
 .DEFAULT_GOAL := help
 
 help:
@@ -52,6 +54,12 @@ check-boundaries: test-environment
 
 prove-storage: test-environment
 	$(PYTHON) -m tests.prove_storage
+
+prove-files: test-environment
+	$(PYTHON) -m tests.prove_files
+
+prove-input: test-environment
+	$(PYTHON) -m tests.prove_input
 
 clean:
 	rm -rf $(VENV) results dist build .pytest_cache .hypothesis .mypy_cache .ruff_cache

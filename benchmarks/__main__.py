@@ -7,7 +7,7 @@ import sys
 
 from benchmarks import machine
 
-TABLES = ("speed", "maps", "states", "roofline", "scaling", "startup", "study")
+TABLES = ("speed", "maps", "states", "roofline", "scaling", "startup", "study", "query")
 PROGRAMS = (*TABLES, "truth")
 
 

@@ -15,7 +15,7 @@ __all__ = ["all_cores", "describe", "pin"]
 
 ONE_THREAD = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS", "FLOQUET_THREADS")
 SETTINGS = {"JAX_PLATFORMS": "cpu", "JAX_ENABLE_X64": "1"}
-DISTRIBUTIONS = ("numpy", "scipy", "numba", "heyoka", "numbalsoda", "diffrax", "jax")
+DISTRIBUTIONS = ("numpy", "scipy", "numba", "heyoka", "numbalsoda", "diffrax", "jax", "tables")
 
 
 def pin(core: int | None = None) -> None:

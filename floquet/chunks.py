@@ -32,7 +32,7 @@ from numpy.typing import NDArray
 
 from .kernels import cores, keep_memory
 
-__all__ = ["LEVEL", "Packed", "digest", "fletcher32", "in_order", "pack"]
+__all__ = ["LEVEL", "Packed", "digest", "fletcher32", "in_order", "pack", "unpack"]
 
 Array = NDArray[Any]
 Key = TypeVar("Key")
@@ -115,12 +115,28 @@ def pack(pieces: Sequence[Array], dtype: str, rows: int) -> Packed:
     return Packed(data=data, stored=digest(data), digest=digest(numbers), low=low, high=high)
 
 
-def in_order(jobs: Iterable[tuple[Key, Callable[[], Result]]]) -> Iterator[tuple[Key, Result]]:
+def unpack(data: bytes, dtype: str, rows: int) -> Array:
+    """The numbers of a chunk of so many rows whose bytes are known to be right; what they cannot be is a ValueError."""
+    width = np.dtype(dtype).itemsize
+    try:
+        planes = np.frombuffer(zlib.decompress(memoryview(data)[:-4], bufsize=rows * width), np.uint8)
+        planes = planes.reshape(width, rows)
+    except zlib.error as error:
+        raise ValueError(str(error)) from error
+    numbers = np.empty(rows, dtype)
+    for target, plane in zip(numbers.view(np.uint8).reshape(rows, width).T, planes, strict=True):
+        target[:] = plane
+    return numbers
+
+
+def in_order(jobs: Iterable[tuple[Key, Callable[[], Result]]], *, large: bool = True) -> Iterator[tuple[Key, Result]]:
     """(key, result) of (key, job) in the order of the jobs, which run on every core.
 
-    A few jobs are under way at a time, so that memory is bounded however many there are.
+    A few jobs are under way at a time, so that memory is bounded however many there are.  Without ``large`` they take
+    no more than some chunks each, and the 30 MB of :func:`floquet.kernels.keep_memory` are spared.
     """
-    keep_memory()
+    if large:
+        keep_memory()
     threads = min(cores(), MOST)
     if threads == 1:
         for key, job in jobs:

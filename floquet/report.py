@@ -35,12 +35,12 @@ if TYPE_CHECKING:
     from floquet.export import Answer
     from floquet.query import Database
     from floquet.query.between import Interpolated
-    from floquet.study import RunReport
+    from floquet.study import Estimate, RunReport
 
 __all__ = [
     "NO_INFLOW", "Record", "amount", "analysis", "analysis_rows", "analysis_text", "answer_table", "as_csv", "as_json",
-    "fields", "interpolated_records", "intervals_text", "limit_records", "limit_table", "markdown", "number", "pairs",
-    "per_rev", "rotor_object", "rotor_records", "rotor_text", "run_text", "stored_limits", "table", "title",
+    "estimate_text", "fields", "interpolated_records", "intervals_text", "limit_records", "limit_table", "markdown",
+    "number", "per_rev", "rotor_object", "rotor_records", "rotor_text", "run_text", "stored_limits", "table", "title",
     "tolerance_text",
 ]  # fmt: skip
 
@@ -430,9 +430,10 @@ def fields(result: Any) -> Record:
     return {f.name: getattr(result, f.name) for f in dataclasses.fields(result)}
 
 
-def pairs(result: Any) -> str:
-    """A result as lines of name and value."""
-    return table(("what", "value"), [(name, str(value)) for name, value in fields(result).items()])
+def estimate_text(estimate: Estimate) -> str:
+    """What a study will make, and that its time is an estimate."""
+    found = {**fields(estimate), "seconds": f"about {estimate.seconds:.2g}, by a sample"}
+    return table(("what", "value"), [(name, str(value)) for name, value in found.items()])
 
 
 def run_text(finished: RunReport) -> str:
@@ -442,4 +443,5 @@ def run_text(finished: RunReport) -> str:
         return f"{finished.path} is not finished: {parts}; mend the cause and run again with --resume"
     if not finished.computed and not finished.seconds:
         return f"{finished.path} is this study already, finished: {finished.points} points"
-    return f"{finished.path}: {finished.points} points, {finished.limits} limits; {parts}, {finished.seconds:.1f} s"
+    points = f"{finished.points} points" + (f" ({finished.copied} copied)" if finished.copied else "")
+    return f"{finished.path}: {points}, {finished.limits} limits; {parts}, {finished.seconds:.1f} s"

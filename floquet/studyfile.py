@@ -4,7 +4,8 @@
 
     [study]    name, schema = 1, title
     [rotors]   files = ["rotor.toml", …] | list = [{lock_number = 8.0, …}, …] | grid = {lock_number = [4, 8], …}
-               | sobol = {count = 64, seed = 1, lock_number = [4, 12], …}: any of them, one after another
+               | sobol = {count = 64, seed = 1, lock_number = [4, 12], …}
+               | random = {count = 100, seed = 1, lock_number = [4, 12], …}: any of them, one after another
     [axes]     advance_ratio = {start = 0.0, stop = 1.0, count = 401} or a list of numbers
     [compare]  model = "auto" | "flapping" | "teetering", the options of :mod:`floquet.models.physics`,
                tolerances, absolute_tolerances, mu_max, map
@@ -16,14 +17,16 @@ from __future__ import annotations
 import contextlib
 import hashlib
 import json
+import math
 import warnings
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import product
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
 import numpy as np
+from numpy.typing import NDArray
 from pydantic import AfterValidator, ConfigDict, Discriminator, Field, Tag, create_model
 
 from . import store
@@ -50,7 +53,8 @@ class Range(_Table):
 
     def values(self) -> list[float]:
         """The numbers."""
-        return [float(x) for x in np.linspace(self.start, self.stop, self.count)]
+        with np.errstate(all="ignore"):  # what becomes of bold ends is looked at where it is used
+            return np.linspace(self.start, self.stop, self.count).tolist()
 
 
 def _form(value: Any) -> str:
@@ -73,6 +77,8 @@ def _power_of_two(value: int) -> int:
 
 
 MOST = 2**23  # Sobol points
+MOST_DESIGNS = 10**7  # of a study: their parameters are kept in memory, 0.1 kB each
+MOST_POINTS = 10**11  # of a study: a day on one processor, and 30 TB if all columns are stored
 _Ranged = Annotated[Range, Tag("range")]
 Axis = Annotated[
     _Ranged | Annotated[list[float], Tag("list")], Discriminator(lambda v: _form(v).replace("one", "list"))
@@ -96,16 +102,21 @@ GridTable: type[_Table] = create_model(
 )  # type: ignore[call-overload]
 GridTable.__doc__ = "``[rotors.grid]``: a number, a list or a range a parameter; the rotors are their outer product."
 
-SobolTable: type[_Table] = create_model(
-    "SobolTable",
-    __base__=_Table,
-    count=(Annotated[int, AfterValidator(_power_of_two)], ...),
-    seed=(Annotated[int, Field(ge=0)], 0),
+_BOX: dict[str, Any] = {
+    "seed": (Annotated[int, Field(ge=0)], 0),
     **{name: (_Interval | None, None) for name in _NAMES},
-    blades=(int | None, None),
-    hub=(str | None, None),
-)  # type: ignore[call-overload]
+    "blades": (int | None, None),
+    "hub": (str | None, None),
+}
+SobolTable: type[_Table] = create_model(
+    "SobolTable", __base__=_Table, count=(Annotated[int, AfterValidator(_power_of_two)], ...), **_BOX
+)
 SobolTable.__doc__ = "``[rotors.sobol]``: how many points, a seed, and [low, high] of every parameter that varies."
+
+RandomTable: type[_Table] = create_model(
+    "RandomTable", __base__=_Table, count=(Annotated[int, Field(ge=1, le=10**7)], ...), **_BOX
+)
+RandomTable.__doc__ = "``[rotors.random]``: the same, of independent and even chance, in any number."
 
 
 class StudyTable(_Table):
@@ -117,12 +128,13 @@ class StudyTable(_Table):
 
 
 class RotorsTable(_Table):
-    """``[rotors]``: any of files, list, grid and sobol; their rotors follow one another."""
+    """``[rotors]``: any of files, list, grid, sobol and random; their rotors follow one another."""
 
     files: list[str] = Field(default_factory=list)
     rotors: list[dict[str, Any]] = Field(default_factory=list, alias="list")
     grid: GridTable | None = None  # type: ignore[valid-type]
     sobol: SobolTable | None = None  # type: ignore[valid-type]
+    random: RandomTable | None = None  # type: ignore[valid-type]
 
 
 class AxesTable(_Table):
@@ -210,9 +222,12 @@ def load_study(path: str | Path) -> Study:
         tolerances = [(Metric.RELATIVE, t) for t in compare.tolerances] + [
             (Metric.ABSOLUTE, t) for t in compare.absolute_tolerances
         ]
+        rotors = tuple(_rotors(data.rotors, document))
         mu = data.axes.advance_ratio
+        ratios = mu.count if isinstance(mu, Range) else len(mu)
+        _check_size(sum(math.prod(rotor.shape) for rotor in rotors), ratios)
         plan = Plan(
-            rotors=tuple(_rotors(data.rotors, document)),
+            rotors=rotors,
             advance_ratio=np.array(_values(mu)),
             model=model,
             physics=physics,
@@ -232,6 +247,20 @@ def load_study(path: str | Path) -> Study:
         plan=plan,
         columns=store.chosen(data.output.columns),
     )
+
+
+def _check_size(designs: int, ratios: int = 1) -> None:
+    """Refuse what no machine would finish, before memory is taken for it."""
+    if designs > MOST_DESIGNS:
+        raise InputError(
+            f"the study has {designs} designs, and the most is {MOST_DESIGNS}: take fewer values on an axis, "
+            "spread points by rotors.sobol instead of a grid, or cut it into several studies and merge them"
+        )
+    if designs * ratios > MOST_POINTS:
+        raise InputError(
+            f"the study has {designs} designs at {ratios} advance ratios, {designs * ratios} points, and the most is "
+            f"{MOST_POINTS}: take fewer advance ratios or designs, or cut it into several studies"
+        )
 
 
 def _tell_repeated(plan: Plan) -> None:
@@ -260,10 +289,12 @@ def _values(axis: Any) -> list[Any]:
 
 
 def _rotors(table: RotorsTable, document: Document) -> Iterator[Rotor]:
-    """The rotors of a study in the order files, list, grid, sobol."""
+    """The rotors of a study in the order files, list, grid, sobol, random."""
     written = document.data["rotors"]
-    if not any(written.get(key) for key in ("files", "list", "grid", "sobol")):
-        raise InputError("[rotors] is empty: give files = [...], list = [...], grid = {...} or sobol = {...}")
+    if not any(written.get(key) for key in ("files", "list", "grid", *DRAWN)):
+        raise InputError(
+            "[rotors] is empty: give files = [...], list = [...], grid = {...}, sobol = {...} or random = {...}"
+        )
     for file in table.files:
         yield load_rotor(Path(document.path).parent / file)
     for i, values in enumerate(table.rotors):
@@ -272,10 +303,13 @@ def _rotors(table: RotorsTable, document: Document) -> Iterator[Rotor]:
     # in the order of the file, which decides the order of the rotors
     if written.get("grid"):
         with _located(document, "grid"):
-            yield from _grid({name: _values(getattr(table.grid, name)) for name in written["grid"]})
-    if written.get("sobol"):
-        with _located(document, "sobol"):
-            yield _sobol({name: getattr(table.sobol, name) for name in written["sobol"]})
+            axes = {name: getattr(table.grid, name) for name in written["grid"]}
+            _check_size(math.prod(a.count if isinstance(a, Range) else len(_values(a)) for a in axes.values()))
+            yield from _grid({name: _values(axis) for name, axis in axes.items()})
+    for kind in DRAWN:
+        if written.get(kind):
+            with _located(document, kind):
+                yield _drawn(kind, {name: getattr(getattr(table, kind), name) for name in written[kind]})
 
 
 @contextlib.contextmanager
@@ -310,13 +344,26 @@ def _grid(axes: dict[str, list[Any]]) -> Iterator[Rotor]:
         yield _rotor(dict(zip(outer, chosen, strict=True)) | values)
 
 
-def _sobol(spec: dict[str, Any]) -> Rotor:
-    """Sobol points in a box, scrambled with a seed."""
-    from scipy.stats import qmc
-
+def _drawn(kind: str, spec: dict[str, Any]) -> Rotor:
+    """Points in a box; the first n of more points are those of n."""
     count, seed = spec.pop("count"), spec.pop("seed", 0)
     fixed = {k: spec.pop(k) for k in ("hub", "blades") if k in spec}
     if not spec:
-        raise InputError("rotors.sobol: no parameter varies: give one [low, high], such as lock_number = [4.0, 12.0]")
-    unit = qmc.Sobol(len(spec), scramble=True, rng=np.random.default_rng(seed)).random(count)
+        raise InputError(f"rotors.{kind}: no parameter varies: give one [low, high], such as lock_number = [4.0, 12.0]")
+    unit = DRAWN[kind](np.random.default_rng(seed), count, len(spec))
     return _rotor(fixed | {name: low + (high - low) * unit[:, i] for i, (name, (low, high)) in enumerate(spec.items())})
+
+
+def _sobol(rng: np.random.Generator, count: int, dimensions: int) -> NDArray[np.float64]:
+    """Sobol points of the unit cube, scrambled."""
+    from scipy.stats import qmc
+
+    return np.asarray(qmc.Sobol(dimensions, scramble=True, rng=rng).random(count))
+
+
+def _random(rng: np.random.Generator, count: int, dimensions: int) -> NDArray[np.float64]:
+    """Independent points of the unit cube, each drawn whole before the next."""
+    return rng.random((count, dimensions))
+
+
+DRAWN: dict[str, Callable[[np.random.Generator, int, int], NDArray[np.float64]]] = {"sobol": _sobol, "random": _random}

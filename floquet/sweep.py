@@ -23,7 +23,7 @@ from .models.physics import advance_ratios
 from .rotor import PARAMETERS, Hub, Rotor, require_rotor
 from .validity import Limits, all_limits
 
-__all__ = ["ENGINE", "INTERVALS", "MODES", "Plan", "limit_rows", "point_rows", "sweep"]
+__all__ = ["ENGINE", "INTERVALS", "MODES", "Plan", "limit_rows", "limits_at", "point_rows", "points_at", "sweep"]
 
 Rows = dict[str, NDArray[Any]]
 
@@ -99,6 +99,11 @@ class Plan:
         )
         return tuple(names)
 
+    @property
+    def options(self) -> dict[str, Any]:
+        """What the rows of one database have in common beside their columns."""
+        return {"model": self.model or "by hub", **self.physics.as_dict()}
+
     def parameters(self, designs: NDArray[np.intp]) -> tuple[Rows, NDArray[np.int8], NDArray[np.int16]]:
         """Parameters, hubs and numbers of blades of some designs."""
         first: NDArray[np.intp] = self._first  # type: ignore[attr-defined]
@@ -165,12 +170,16 @@ def sweep(
 
 def point_rows(plan: Plan, start: int, stop: int, columns: Collection[str] | None = None) -> Rows:
     """Rows start … stop of the points table; all its columns, or those that are named."""
-    index = np.arange(start, stop)
+    return points_at(plan, np.arange(start, stop), columns)
+
+
+def points_at(plan: Plan, index: NDArray[np.intp], columns: Collection[str] | None = None) -> Rows:
+    """Some rows of the points table, in ascending order; one row a point, in that order."""
     designs, mu = index // plan.advance_ratio.size, plan.advance_ratio[index % plan.advance_ratio.size]
     values, hubs, blades = plan.parameters(designs)
     out: Rows = {"rotor": designs.astype(np.int32), "advance_ratio": mu, **_parameters(values, hubs, blades)}
     with part_of(plan.points):
-        parts = list(_mapped(plan, start, stop) if plan.map else _one_by_one(plan, mu, values, hubs, blades))
+        parts = list(_mapped(plan, index) if plan.map else _one_by_one(plan, mu, values, hubs, blades))
     absent = _absent(len(index))
     out |= {name: _joined(name, parts, value) for name, value in absent.items() if columns is None or name in columns}
     return {name: value for name, value in out.items() if columns is None or name in columns}
@@ -186,27 +195,31 @@ def _one_by_one(
         yield some, _results(found)
 
 
-def _mapped(plan: Plan, start: int, stop: int) -> Iterator[tuple[Any, Rows]]:
+def _mapped(plan: Plan, index: NDArray[np.intp]) -> Iterator[tuple[Any, Rows]]:
     """The same from maps along the advance ratio, of whole designs whatever part of them is wanted."""
     m = plan.advance_ratio.size
-    first, last = start // m, -(-stop // m)
-    values, hubs, blades = plan.parameters(np.arange(first, last))
+    designs = np.unique(index // m)
+    values, hubs, blades = plan.parameters(designs)
     for hub, count, some in _kinds(hubs, blades):
         columns: dict[str, Any] = {name: value[some][:, None] for name, value in values.items()}
         group = Rotor(hub=hub, blades=count, **columns)
         model, options = exact_model(group, plan.model), plan.physics.as_dict()
         found = compare(group, plan.advance_ratio, model=model, map="advance_ratio", **options)
-        places = ((np.arange(last - first)[some] + first) * m)[:, None] + np.arange(m)
-        wanted = (places >= start) & (places < stop)
-        yield places[wanted] - start, {name: value[wanted] for name, value in _results(found).items()}
+        places = (designs[some] * m)[:, None] + np.arange(m)
+        wanted = np.isin(places, index)
+        yield np.searchsorted(index, places[wanted]), {name: value[wanted] for name, value in _results(found).items()}
 
 
 def limit_rows(plan: Plan, start: int, stop: int) -> Rows:
     """Rows of the limits table of designs start … stop: mode × (metric, tolerance) each."""
-    designs = np.arange(start, stop)
+    return limits_at(plan, np.arange(start, stop))
+
+
+def limits_at(plan: Plan, designs: NDArray[np.intp]) -> Rows:
+    """Rows of the limits table of some designs, in ascending order."""
     values, hubs, blades = plan.parameters(designs)
     parts = [_limit_columns(designs[:0], _none_wanted())]
-    for hub, count, some in _kinds(hubs, blades) if plan.tolerances else ():
+    for hub, count, some in _kinds(hubs, blades) if plan.tolerances and len(designs) else ():
         group = Rotor(hub=hub, blades=count, **{name: value[some] for name, value in values.items()})
         options: dict[str, Any] = {"mu_max": plan.mu_max, "model": plan.model, **plan.physics.as_dict()}
         with part_of(POINTS):

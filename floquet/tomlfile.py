@@ -102,6 +102,9 @@ def read_document(path: str | os.PathLike[str]) -> Document:
 
 def parse_document(text: str, path: str | os.PathLike[str]) -> Document:
     """A text as a Document; ``path`` only names it in the problems."""
+    if line := _long_key(text):
+        sentence = f"this key has more than {MOST_DOTS} dots; no file of this package needs more than three"
+        raise ConfigError(os.fspath(path), [Problem(line, "", sentence)])
     try:
         data = tomllib.loads(text)
         return Document(os.fspath(path), data, _Scanner(text).lines)
@@ -110,6 +113,19 @@ def parse_document(text: str, path: str | os.PathLike[str]) -> Document:
     except ValueError as error:
         problem = _syntax(text, str(error))
     raise ConfigError(os.fspath(path), [problem])
+
+
+MOST_DOTS = 60  # in a key: the time that the standard library takes for it grows with the square
+
+
+def _long_key(text: str) -> int:
+    """The line of the first key with too many dots, or 0; ``text`` may be anything."""
+    dots = 0
+    for token, line in _tokens(text):
+        dots = dots + 1 if token == "." else 0 if token in "\n=[]{},#" else dots
+        if dots > MOST_DOTS:
+            return line
+    return 0
 
 
 def _unreadable(path: Path, error: Exception) -> str:
@@ -153,8 +169,10 @@ _HINTS = {
 _TOKEN = re.compile(
     r'"""(?:\\.|[^\\])*?"{3,5}'  # texts of several lines, which may end in up to two quotes of their own
     r"|'''.*?'{3,5}"
+    r"|\"{3}.*|'{3}.*"  # without an end: no TOML, and taken at once, lest each of many looks for its end in vain
     r'|"(?:\\.|[^"\\\n])*"'
     r"|'[^'\n]*'"
+    r'|"(?:\\.|[^"\\\n])*'  # the same
     r"|\#[^\n]*"
     r"|[\n\[\]{}=,.]"
     r"""|[^\s\[\]{}=,.\#"']+""",

@@ -524,9 +524,10 @@ errata = (
 )
 
 SCHEMA, FILES, WRITING, READING = (f"floquet/store/{name}.py" for name in ("schema", "files", "writing", "reading"))
-FOLDER, MERGING, PACKING, SHARDS, WORKERS = (
-    f"floquet/study/{name}.py" for name in ("folder", "merging", "packing", "shards", "workers")
+EXTENDING, FOLDER, MERGING, PACKING, SHARDS, WORKERS = (
+    f"floquet/study/{name}.py" for name in ("extending", "folder", "merging", "packing", "shards", "workers")
 )
+STUDYFILE, GROWN = "floquet/studyfile.py", "tests/test_extend.py"
 QUERY = "floquet/query/language.py"
 CHUNKS, PLOT = "floquet/chunks.py", "floquet/plot/__init__.py"
 KEPT, RUNS, ASKED, PACKED = (f"tests/test_{name}.py" for name in ("store", "study", "query", "chunks"))
@@ -546,7 +547,7 @@ storage = (
     Mutant(
         "schema digest not checked",
         READING,
-        "        if not sound:\n            yield",
+        "        if not self._described():\n            yield",
         "        if False:\n            yield",
         KEPT,
     ),
@@ -557,7 +558,6 @@ storage = (
     Mutant("damaged shards kept", SHARDS, "return file.intact()", "return True", RUNS),
     Mutant("another study's folder", FOLDER, 'about.get("study_id") != study.id:', "False:", RUNS),
     Mutant("shards of another study packed", PACKING, "    if wrong:\n", "    if False:\n", RUNS),
-    Mutant("shards packed unchecked", READING, "!= stored[at].tobytes():", "!= stored[at].tobytes() and False:", KEPT),
     Mutant("parts packed unfinished", PACKING, "    if missing:\n", "    if False:\n", RUNS),
     Mutant("rotors not numbered on", WRITING, 'rows["rotor"] + np.int32(rotor_offset)', 'rows["rotor"]', RUNS),
     Mutant("rotors of copied chunks not numbered on", WRITING, "                if rotor_offset:\n",
@@ -577,6 +577,24 @@ storage = (
            'math.ceil(sizes["points"] / store.schema.CHUNK_ROWS) * store.schema.CHUNK_ROWS', 'sizes["points"]', CUTS),
     Mutant("threads times processes", WORKERS, 'os.environ["FLOQUET_THREADS"] = "1"', "pass", f"{RUNS} -k thread"),
     Mutant("left out without a word", QUERY, "        if name in self.left_out:\n", "        if False:\n", COLUMNS),
+    Mutant("limits of other tolerances taken", EXTENDING, "bits == asked * (len(bits) // size)", "True", GROWN),
+    Mutant("few points' last digits taken", EXTENDING, "(plan.points < POINTS):", "(plan.points < 0):", GROWN),
+    Mutant("maps of other advance ratios taken", EXTENDING, "    if plan.map:\n", "    if False:\n", GROWN),
+    Mutant("maps taken for rows", EXTENDING, "if mapped != plan.map:", "if False:", GROWN),
+    Mutant("rows of other options taken", EXTENDING, "if options != study.plan.options:", "if False:", GROWN),
+    Mutant("rows of another engine taken", EXTENDING, ') != ENGINE:', ') < 0:', GROWN),
+    Mutant("designs keep their numbers", EXTENDING, 'out | {"rotor": designs.astype(np.int32)}', "out", GROWN),
+    Mutant("limits keep their designs' numbers", EXTENDING, "np.repeat(start + there, counts)",
+           'np.asarray(taken["rotor"])', GROWN),
+    Mutant("nothing copied", EXTENDING, "numbers.get(bits, -1) for bits in designs", "-1 for bits in designs", GROWN),
+    Mutant("what is there goes first", PACKING, "    if Path(out).exists() and not replace:\n",
+           "    Path(out).unlink(missing_ok=True)\n    if False:\n", GROWN),
+    Mutant("shards packed unchecked", READING, "!= stored[at].tobytes():", "!= stored[at].tobytes() and False:", KEPT),
+    Mutant("stored chunks read unchecked", READING, "(found := digest(raw)) != stored[at].tobytes():",
+           "(found := digest(raw)) is None:", KEPT),
+    Mutant("the first draws of more", STUDYFILE, "rng.random((count, dimensions))", "rng.random((dimensions, count)).T",
+           f"{RUNS} -k drawn"),
+    Mutant("rows that stand twice", MERGING, "if shared := ratios &", "if shared := set() &", f"{RUNS} -k merge"),
     Mutant("lost columns unsaid", MERGING, "    if lost:\n", "    if False:\n", COLUMNS),
     Mutant("figures of half a mode", PLOT, "for mode in MODES if mode not in whole}", "for mode in ()}", COLUMNS),
     Mutant("words low byte first", CHUNKS, "_folded(256 * weighted)", "_folded(weighted)", PACKED),
@@ -677,8 +695,8 @@ maps = (
            "together = ", C),
     Mutant("Φ of the last row of nodes", GRID_LANES, "tile.x[r], tile.x_nodes", "tile.x[0], tile.x_nodes", C),
     Mutant("D as if products were exact", HILL, "+ rounding + defect", "+ rounding", "tests/test_certified.py"),
-    Mutant("rows of a design cut wrongly", "floquet/sweep.py", "wanted = (places >= start) & (places < stop)",
-           "wanted = (places >= start) & (places <= stop)", "tests/test_sweep.py"),
+    Mutant("rows of a design cut wrongly", "floquet/sweep.py", "np.searchsorted(index, places[wanted])",
+           "np.arange(wanted.sum())[::-1]", "tests/test_sweep.py"),
     Mutant("maps forgotten in studies", "floquet/studyfile.py", "map=compare.map", "map=False", "tests/test_study.py"),
     Mutant("heads alone", "floquet/kernels/pairs.py", "return normal(s, e + f)", "return s, 0.0", PAIRS),
     Mutant("tails of products forgotten", "floquet/kernels/pairs.py", "normal(p, e + (a[0] * b[1] + a[1] * b[0]))",

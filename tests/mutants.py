@@ -19,6 +19,7 @@ ROOT = Path(__file__).resolve().parent.parent
 sys.path.insert(0, str(ROOT))
 
 from tests.faults import FAULTS, Mutant  # noqa: E402
+from tests.faults_files import FILES  # noqa: E402
 from tests.faults_modes import MODES  # noqa: E402
 from tests.faults_query import QUERIES  # noqa: E402
 
@@ -33,7 +34,7 @@ OTHERS: tuple[Mutant, ...] = (
     Mutant("no line in an error", "floquet/errors.py", '}:{p.line}" if p.line', '}" if p.line', ASKED),
     Mutant("NumPy for --help", CLI, "\nimport click\n", "\nimport click, numpy\n", LAYERS),
     Mutant("failed parts are done", CLI, "return 3 if finished.failed else 0", "return 0", ASKED),
-    Mutant("damage is done", CLI, "_fail(str(DamageError(file, places)), 1) if places else 0", "0", ASKED),
+    Mutant("damage is done", CLI, "return _fail(str(error), 1)\n    return 0", "return 0", ASKED),
     Mutant("no room is bad input", CLI, "1 if isinstance(error, FailedError) else 2", "2", ASKED),
     Mutant("limits of other rotors", JUDGED, "(1.0 - CHANGE, 1.0 + CHANGE)", "(1.0 + CHANGE, 1.0 - CHANGE)", ASKED),
     Mutant("a warning for every call", CLI, "said.add(text)", "pass", ASKED),
@@ -103,7 +104,7 @@ OTHERS: tuple[Mutant, ...] = (
     Mutant("another tolerance's limits", REPORT, 'if r["tolerance"] == tolerance and', "if", ASKED),
     Mutant("inflow not mentioned", REPORT, "{LEGEND}\\n{NO_INFLOW}", "{LEGEND}", ASKED),
 )
-MUTANTS = (*FAULTS, *MODES, *QUERIES, *OTHERS)
+MUTANTS = (*FAULTS, *MODES, *FILES, *QUERIES, *OTHERS)
 
 
 def run(tree: Path, tests: str) -> subprocess.CompletedProcess[str]:

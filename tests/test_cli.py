@@ -20,7 +20,7 @@ import h5py
 import pytest
 
 from floquet import Rotor, compare, load_rotor, lock_windows, validity_limit
-from floquet.cli import ROTOR_FLAGS, command, main, progress
+from floquet.cli import ROTOR_FLAGS, command, duration, main, progress
 from floquet.report import NO_INFLOW
 from floquet.store import ALWAYS, data_digest, open_file
 from floquet.study import RunReport, load_study
@@ -408,8 +408,8 @@ def database(finished: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) ->
 
 def test_run_resume_and_dry_run(run: Floquet, database: str) -> None:
     dry = run("run", "small.toml", "-o", "new.h5", "--dry-run", "--json").json
-    assert (dry["designs"], dry["points"], dry["limits"]) == (2, 14, 14)
-    assert not Path("new.h5").exists()
+    assert (dry["designs"], dry["points"], dry["limits"]) == (2, 14, 14) and 0.0 < dry["seconds"] < 100.0
+    assert not Path("new.h5").exists() and "by a sample" in run("run", "small.toml", "-o", "new.h5", "--dry-run").out
     done = run("run", "small.toml", "-o", "new.h5", "--workers", "1")
     assert done.status == 0 and done.out.startswith("new.h5: 14 points, 14 limits")
     assert run("run", "small.toml", "-o", "json.h5", "--workers", "1", "--json").json["path"] == "json.h5"
@@ -458,12 +458,19 @@ def test_interrupt_is_130_and_says_how_to_go_on(run: Floquet, database: str, mon
 def test_progress_is_a_line_every_ten_seconds(
     capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    clock = iter([0.0, 3.0, 11.0, 11.0, 12.0, 25.0, 25.0])
+    clock = iter([0.0, 3.0, 11.0, 12.0, 25.0])
     monkeypatch.setattr("floquet.cli.time.monotonic", lambda: next(clock))
-    with progress("parts") as done:
+    with progress("parts", 800) as done:
         for i in range(1, 5):
             done(i, 4)
-    assert capsys.readouterr().err.splitlines() == ["parts: 2 of 4", "parts: 4 of 4"]
+    assert capsys.readouterr().err.splitlines() == ["parts: 2 of 4, 25 points/s, 16 s left", "parts: 4 of 4"]
+
+
+@pytest.mark.parametrize(
+    ("seconds", "words"), [(44.6, "45 s"), (60.0, "1 min 0 s"), (200, "3 min 20 s"), (7500.0, "2 h 5 min")]
+)
+def test_durations(seconds: float, words: str) -> None:
+    assert duration(seconds) == words
 
 
 def test_progress_on_a_terminal_leaves_nothing_behind(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -569,11 +576,14 @@ def test_empty_answer_is_an_answer(run: Floquet, database: str) -> None:
 
 
 def test_verify_export_plot_merge_pack(run: Floquet, database: str) -> None:
-    assert run("verify", database).out == f"{database}: every value is as it was written\n"
+    said = run("verify", database, "--sample", "3").out
+    assert (
+        said.startswith(f"{database}: ") and "values in" in said and said.endswith("3 rows computed again: 3 equal\n")
+    )
     assert "wrote limits.csv" in run("export", database, "-o", "limits.csv", "--table", "limits").err
     assert len(Path("limits.csv").read_text(encoding="utf-8").splitlines()) == 15
     assert "wrote locus.svg" in run("plot", database, "root-locus", "-o", "locus.svg", "--rotor", "stiff").err
-    Path("other.toml").write_text(STUDY.replace("5.0", "6.0"), encoding="utf-8")
+    Path("other.toml").write_text(STUDY.replace("5.0", "6.0").replace("8.0", "8.5"), encoding="utf-8")
     assert run("run", "other.toml", "-o", "other.h5", "--workers", "1").status == 0
     assert run("merge", database, "other.h5", "-o", "both.h5").out == "both.h5: 28 rows of points, 28 rows of limits\n"
     assert run("verify", "both.h5").status == 0
@@ -700,7 +710,8 @@ def test_no_database_is_one_sentence(run: Floquet, database: str, name: str, kin
         (("run", "missing.toml", "-o", "new.h5"), ("missing.toml",)),
         (("run", "small.h5", "-o", "new.h5"), ("small.h5",)),
         (("pack", "nowhere"), ("nowhere",)),
-        (("merge", "small.h5", "-o", "both.h5"), ("two",)),
+        (("merge", "-o", "both.h5"), ("FILES",)),
+        (("verify", "small.h5", "--sample", "-1"), ("0 or more",)),
         (("study", "-o", "a.h5"), ("NAME",)),
     ],
 )

@@ -104,7 +104,7 @@ def test_files_are_as_the_page_shows_them(checkout: Path) -> None:
     real = floquet.load_rotor(ROOT / "data" / "rotors" / "bo105.toml")
     assert (rotor.name, rotor.flap_frequency, rotor.lock_number) == ("Bo 105", real.flap_frequency, real.lock_number)
     assert set(rotor.sources) == {"radius", "flap_inertia"}
-    assert sum(math.prod(one.shape) for one in study.plan.rotors) == 31 and len(study.plan.advance_ratio) == 101
+    assert sum(math.prod(one.shape) for one in study.plan.rotors) == 36 and len(study.plan.advance_ratio) == 101
     assert study.plan.physics.tip_loss == 0.97 and len(study.plan.tolerances) == 3
     assert len(ALWAYS) < len(study.columns) < len(POINTS) and "lock" in study.columns
 

@@ -129,6 +129,12 @@ def test_nothing_is_taken_from_beyond_an_edge_and_an_edge_about_the_point_is_tol
     assert found.values["error_regressing"] == pytest.approx(0.11, rel=1e-12)
     assert max(found.nodes["lock_number"]) + 40 * max(found.nodes["hinge_offset"]) <= 9.0
     assert len(found.nodes["lock_number"]) >= 3 <= len(found.nodes["hinge_offset"])
+    sloping = opened(made(lock=lock, error_regressing=exponential))
+    cut = sloping.at(advance_ratio=0.33, lock_number=5.5, hinge_offset=0.02, columns="error_regressing")
+    ends = " and ".join(f"{name} <= {max(nodes)}" for name, nodes in cut.nodes.items())
+    free = sloping.at(ends, advance_ratio=0.33, lock_number=5.5, hinge_offset=0.02, columns="error_regressing")
+    assert free.nodes == cut.nodes and free.values == cut.values
+    assert cut.errors["error_regressing"] == 4 * free.errors["error_regressing"] > 0
     cases = [
         ((8.5, 0.005), "lock_number: there is an edge of a lock between lock_number 8 and 9 (at hinge_offset 0.01, "
                        "advance_ratio 0.3) (no lock, the lock at 1), where exponents have a square root; compute"),
@@ -138,6 +144,13 @@ def test_nothing_is_taken_from_beyond_an_edge_and_an_edge_about_the_point_is_tol
     for (gamma, offset), sentence in cases:
         with pytest.raises(ParameterError, match=re.escape(sentence)):
             db.at(advance_ratio=0.33, lock_number=gamma, hinge_offset=offset, columns="error_regressing")
+
+
+def test_the_box_grows_on_all_axes_alike() -> None:
+    """Below γ + 40 ε = 10.5 from γ of 6 and 7: up to 9 there would be no room for an offset of 0.06."""
+    db = opened(made(lock=lambda g, e, m: np.where(g + 40 * e > 10.5, 1.0, np.nan)))
+    found = db.at(advance_ratio=0.33, lock_number=6.5, hinge_offset=0.02, columns="error_regressing")
+    assert found.nodes == {"lock_number": (4.0, 5.0, 6.0, 7.0, 8.0), "hinge_offset": (0.0, 0.01, 0.03, 0.06)}
 
 
 @pytest.mark.parametrize("name, words", [

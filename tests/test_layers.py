@@ -17,7 +17,8 @@ ORDER = (
     "errors", "environment", "plain", "tomlfile", "rotorfile", "rotor", "verdict", "tape", "periodic", "models",
     "kernels", "collocation", "period_map", "passage", "koopman", "certify", "exponents", "modes", "comparison",
     "sensitivity", "tracking", "validity", "response", "decoupling", "sweep", "families", "chunks", "store",
-    "studyfile", "cluster", "study", "export", "query", "plot", "report", "judgement", "exhibits", "cli", "__main__",
+    "studyfile", "cluster", "study", "checking", "export", "query", "plot", "report", "judgement", "exhibits", "cli",
+    "__main__",
 )  # fmt: skip
 HOMES = {
     "h5py": "store", "matplotlib": "plot", "click": "cli", "rich": "cli", "numba": "kernels", "lark": "query",
@@ -77,6 +78,12 @@ def test_help_loads_nothing_heavy(statement: str) -> None:
     code = f"try:\n    {statement}\nexcept SystemExit as end:\n    assert not end.code, end.code\n{report}"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout.splitlines()[-1] == "LOADED"
+
+
+def test_queries_load_no_scipy() -> None:
+    """Which is 40 MB, and half of the time to a first answer."""
+    code = "import sys; import floquet.query, floquet.store; assert not set(sys.modules) & {'scipy', 'numba', 'pandas'}"
+    subprocess.run([sys.executable, "-c", code], check=True)
 
 
 def test_public_names_resolve_and_the_sweep_function_is_not_hidden_by_its_room() -> None:

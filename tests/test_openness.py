@@ -52,7 +52,7 @@ def program(name: str) -> str:
 
 
 def random_rows(columns: Mapping[str, Column], rows: int, seed: int) -> Arrays:
-    """Numbers with all their bits, every special one, every flag."""
+    """Numbers with all their bits, every special one, every flag; where a column has a range, in it."""
     g = np.random.default_rng(seed)
 
     def real() -> Any:
@@ -67,7 +67,9 @@ def random_rows(columns: Mapping[str, Column], rows: int, seed: int) -> Arrays:
             out = np.empty(rows, complex)
             out.real, out.imag = real(), real()
             return out
-        return real() if kind.dtype == "f8" else g.integers(-9, 99, rows).astype(kind.dtype)
+        if kind.dtype == "f8":
+            return real() if kind.least is None else g.uniform(max(kind.least, 0.1), min(kind.below, 2.0), rows)
+        return g.integers(-9 if kind.least is None else int(kind.least), 99, rows).astype(kind.dtype)
 
     return {name: column(name, kind) for name, kind in columns.items()}
 
@@ -230,12 +232,12 @@ def example(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @pytest.fixture(scope="module")
-def program_of_the_page() -> Callable[[Path], list[str]]:
+def program_of_the_page() -> Callable[[Path], Iterator[str]]:
     names: dict[str, Any] = {}
     [text] = [block for block in blocks("python") if "def wrong(" in block]
-    assert "floquet" not in text
+    assert "import floquet" not in text and "from floquet" not in text
     exec(text, names)
-    return lambda path: list(names["wrong"](path))
+    return lambda path: names["wrong"](path)
 
 
 def words(column: Column) -> str:
@@ -314,7 +316,7 @@ def _change(name: str, place: Any, value: Any) -> Callable[[h5py.File], None]:
 
 
 CHANGES: dict[str, tuple[Callable[[h5py.File], Any], str]] = {
-    "a value": (_change("points/lock", 67, 0.25), "points/lock rows 64 on"),
+    "a value": (_change("points/lock", CHUNK_ROWS + 3, 0.25), f"points/lock rows {CHUNK_ROWS} on"),
     "a flag": (_change("limits/hub", 0, 2), "limits/hub rows 0 on"),
     "a title": (lambda f: f.attrs.__setitem__("title", "another"), "attributes and schema"),
     "units": (lambda f: f["points/lock"].attrs.__setitem__("units", "deg"), "attributes and schema"),
@@ -328,37 +330,40 @@ CHANGES: dict[str, tuple[Callable[[h5py.File], Any], str]] = {
 
 
 @pytest.fixture
-def chunked(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """A file of three chunks of points."""
-    monkeypatch.setattr("floquet.store.schema.CHUNK_ROWS", 64)
-    tables = {"points": random_rows(store.POINTS, 150, 8), "limits": random_rows(store.LIMITS, 20, 9)}
+def chunked(tmp_path: Path) -> Path:
+    """A file of two chunks of points, with few columns."""
+    some = {name: store.POINTS[name] for name in (*store.ALWAYS, "exponent_1", "lock", "verdict")}
+    tables = {"points": random_rows(some, CHUNK_ROWS + 9, 8), "limits": random_rows(store.LIMITS, 20, 9)}
     store.write(tmp_path / "whole.h5", tables, {"title": "chunks", "study_id": "0", "rotor_names": "[]"})
     return tmp_path / "whole.h5"
 
 
-@pytest.mark.parametrize("what", [*CHANGES, "nothing", "a byte"])
+@pytest.mark.parametrize("what", [*CHANGES, "nothing", "a byte", "metadata"])
 def test_the_program_of_the_page_finds_what_verify_finds(
-    chunked: Path, what: str, program_of_the_page: Callable[[Path], list[str]]
+    chunked: Path, what: str, program_of_the_page: Callable[[Path], Iterator[str]]
 ) -> None:
     """On sound files nothing; on a change of every kind the place, as ``floquet verify``."""
-    assert program_of_the_page(chunked) == [] == list(store.verify(chunked))
+    assert list(program_of_the_page(chunked)) == [] == list(store.verify(chunked))
     with h5py.File(chunked, "r+" if what in CHANGES else "r") as file:
         at = file["points/exponent_1_re"].id.get_chunk_info(1).byte_offset
         if what in CHANGES:
             CHANGES[what][0](file)
     data = bytearray(chunked.read_bytes())
-    data[at + 100] ^= what == "a byte"
+    data[{"a byte": at + 100, "metadata": data.find(b"title")}.get(what, 0)] ^= what in ("a byte", "metadata")
     chunked.write_bytes(data)
-    places = {"a byte": ["points/exponent_1_re rows 64 on"], "nothing": []}.get(what)
-    found = program_of_the_page(chunked)
+    if what == "metadata":
+        assert next(program_of_the_page(chunked)) == "seal" and store.verify(chunked)
+        return
+    places = {"a byte": [f"points/exponent_1_re rows {CHUNK_ROWS} on"], "nothing": []}.get(what)
+    found = list(program_of_the_page(chunked))
     assert found == places if places is not None else CHANGES[what][1] in found
     assert bool(store.verify(chunked)) == bool(found)
 
 
 def test_the_program_of_the_page_takes_what_a_run_writes(
-    example: Path, program_of_the_page: Callable[[Path], list[str]]
+    example: Path, program_of_the_page: Callable[[Path], Iterator[str]]
 ) -> None:
-    assert program_of_the_page(example) == []
+    assert list(program_of_the_page(example)) == []
 
 
 @pytest.mark.parametrize("module", ["tables", "pyfive"])
@@ -432,7 +437,7 @@ def test_a_newer_minor_version_is_read_and_a_newer_major_refused(
         assert list(db.columns("limits")) == list(store.LIMITS) and db.attributes["later"] == "?"
         assert same_bits(db.limits(columns="limit")["limit"], rows["limit"])
     assert store.verify(tmp_path / "1.h5") == ()
-    with pytest.raises(DatabaseError, match=r"its schema is version 2\.0, and this release reads up to 1\.0"):
+    with pytest.raises(DatabaseError, match=r"its schema is version 2\.0, and this release reads up to 1\.1"):
         open_database(tmp_path / "2.h5")
 
 

@@ -574,6 +574,10 @@ class Memory:
         if len(self.data[table]["rotor"][start:stop]):
             yield start, {name: self.data[table][name][start:stop] for name in columns}
 
+    def spans(self, table: str, start: int = 0, stop: int | None = None, skip: Any = None) -> Iterator[tuple[int, int]]:
+        if len(self.data[table]["rotor"][start:stop]):
+            yield start, self.rows(table) if stop is None else stop
+
 
 @pytest.fixture
 def database(rows: dict[str, RotorRows]) -> Database:
@@ -709,7 +713,7 @@ def test_an_atlas_shows_the_share_of_designs_that_hold(designs: dict[str, Any], 
                 held = (limits > 1.0) if math.isnan(at) else (limits > at - 1e-9)
                 assert held.mean() >= share - 1e-12
                 assert math.isnan(at) or (limits > at).mean() < share - 1e-12
-    assert "dots, at the 6 Lock numbers" in seen[0].get_supxlabel().replace("\n", " ")
+    assert "between the 6 Lock numbers" in seen[0].get_supxlabel().replace("\n", " ")
     assert "60 designs" in seen[0].get_supxlabel() and "above 5 %" in seen[0].get_supxlabel()
     assert 0.0 < shown.mean() < 1.0
 

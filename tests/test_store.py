@@ -32,7 +32,7 @@ from floquet.errors import (
     StorageError,
 )
 from floquet.rotor import Hub, Rotor
-from floquet.store import writing
+from floquet.store import digests, writing
 from floquet.sweep import Plan, limit_rows, point_rows
 
 ATTRIBUTES = {"study_id": "abc", "title": "a test", "rotor_names": json.dumps(["Bo 105", "two blades"])}
@@ -105,7 +105,7 @@ def test_plain_h5py_reads_it(path: Path, rows: dict[str, Any]) -> None:
         assert (
             file["points/row"].is_scale and file["points/lock"].fletcher32 and file["points/lock"].compression == "gzip"
         )
-        assert file.attrs["title"] == "a test" and file.attrs["schema_version"] == "1.0"
+        assert file.attrs["title"] == "a test" and file.attrs["schema_version"] == "1.1"
 
 
 def test_equal_data_have_equal_digests(
@@ -219,6 +219,7 @@ def test_a_file_without_digests_of_what_is_stored_is_packed_again(tmp_path: Path
     files = _parts(rows, [0, 32, 42], tmp_path)
     with h5py.File(files[0], "r+") as file:
         del file["integrity/points/stored"]
+        file.attrs["attributes_digest"] = digests.attributes_digest(file)
     with store.open_file(files[0]) as file:
         assert not file.intact()
     _copied(files, tmp_path / "copy.h5")
@@ -254,6 +255,7 @@ def test_filters_of_others_are_not_taken_for_ours(path: Path) -> None:
         group, numbers = file["points"], file["points/lock"][()]
         del group["lock"]
         group.create_dataset("lock", data=numbers, chunks=(16,), compression="gzip")
+        file.attrs["attributes_digest"] = digests.attributes_digest(file)
     with store.open_file(path) as file:
         assert file.stored("points") is None and file.stored("limits") is not None
         list(file.chunks("points", ["lock"]))
@@ -307,6 +309,8 @@ def test_changed_attributes_are_noticed(path: Path) -> None:
     with h5py.File(path, "r+") as file:
         file["points/lock"].attrs["units"] = "knots"
     assert store.verify(path) == ("attributes and schema",)
+    with store.File(path, examined=True) as file:
+        assert list(file.damaged()) == ["attributes and schema"]
 
 
 def test_a_value_that_is_no_flag_is_noticed(tmp_path: Path, rows: dict[str, Any]) -> None:

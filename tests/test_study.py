@@ -106,6 +106,21 @@ def test_sobol_designs_are_in_their_box_and_the_same_every_time(tmp_path: Path) 
     assert len({r.lock_number for r in designs}) == 8 and first.id == second.id
 
 
+@pytest.mark.parametrize(("kind", "count"), [("sobol", 8), ("random", 7)])
+def test_designs_that_are_drawn_stay_as_they_are_when_there_are_more(tmp_path: Path, kind: str, count: int) -> None:
+    def drawn(count: int, seed: int = 3) -> Rotor:
+        box = f"count = {count}, seed = {seed}, lock_number = [4.0, 12.0], hinge_offset = [0.0, 0.1], blades = 5"
+        (tmp_path / "s.toml").write_text(SMALL.replace("list =", f"{kind} = {{ {box} }}\nlist ="))
+        return study.load_study(tmp_path / "s.toml").plan.rotors[-1]
+
+    few, more = drawn(count), drawn(2 * count)
+    assert few.shape == (count,) and few.blades == 5 and np.all((few.lock_number >= 4.0) & (few.lock_number <= 12.0))
+    for name in ("lock_number", "hinge_offset"):
+        np.testing.assert_array_equal(getattr(few, name), getattr(more, name)[:count])
+        assert not np.any(getattr(few, name) == getattr(drawn(count, 4), name))
+    assert len(set(more.lock_number.tolist())) == 2 * count
+
+
 def test_the_id_changes_with_every_number_that_matters(tmp_path: Path, file: Path) -> None:
     ids = {study.load_study(file).id}
     changes = {
@@ -170,6 +185,9 @@ def test_a_bad_study_is_refused_in_a_sentence(tmp_path: Path, old: str, new: str
     ("sobol = { count = 12, lock_number = [5, 6] }", "sobol.count"),
     ("sobol = { lock_number = [5, 6] }", "sobol.count"),
     ("sobol = { count = 8 }", "sobol"),
+    ("random = { count = 0, lock_number = [5, 6] }", "random.count"),
+    ("random = { count = 3, lock_number = [6, 5] }", "random.lock_number"),
+    ("random = { count = 3 }", "random"),
 ])  # fmt: skip
 def test_a_bad_grid_or_sobol_box_is_one_sentence_with_its_line(tmp_path: Path, line: str, key: str) -> None:
     path = tmp_path / "s.toml"
@@ -454,7 +472,7 @@ def test_resume_keeps_sound_shards_and_makes_damaged_ones_again(
     with pytest.raises(InputError, match="--resume"):
         study.run(one, out)
     damaged = folder / files[1]
-    damaged.write_bytes(damaged.read_bytes()[:-50])
+    damaged.write_bytes(damaged.read_bytes()[:-5000])
     (folder / files[2]).write_bytes(b"not HDF5 at all")
     with h5py.File(folder / files[3], "r+") as changed:  # HDF5 is content with it, the digest is not
         changed["points/lock_number"][0] += 1.0
@@ -767,7 +785,10 @@ def two(tmp_path: Path) -> tuple[Path, Path]:
     paths = []
     for name, gamma in (("a", "8.0"), ("b", "9.0")):
         text = (
-            SMALL.replace("8.0", gamma).replace("count = 60", "count = 5").replace("absolute_tolerances = [0.02]", "")
+            SMALL.replace("8.0", gamma)
+            .replace("6.0", "6.5" if name == "b" else "6.0")
+            .replace("count = 60", "count = 5")
+            .replace("absolute_tolerances = [0.02]", "")
         )
         (tmp_path / f"{name}.toml").write_text(
             "\n".join(line for line in text.splitlines() if not line.startswith("grid"))
@@ -806,6 +827,25 @@ def test_merge_refuses_what_does_not_belong_together(two: tuple[Path, Path], tmp
     with pytest.raises(InputError, match="differ in options"):
         study.merge([two[0], tmp_path / "c.h5"], tmp_path / "m.h5")
     assert not (tmp_path / "m.h5").exists()
+
+
+def test_merge_refuses_a_row_that_two_files_have_and_names_it(two: tuple[Path, Path], tmp_path: Path) -> None:
+    with store.open_file(two[0]) as file:
+        ratios = next(file.chunks("points", ["advance_ratio"]))[1]["advance_ratio"].tolist()
+    for rotors, what in (
+        ('list = [{ name = "eight", lock_number = 8.0 }, { lock_number = 9.5 }]', "the rotor 'eight' at μ"),
+        ("list = [{ lock_number = 9.5 }, { lock_number = 9.25 }]", "a rotor of lock_number 9.5, .*blades 4.* at μ"),
+    ):
+        axis = f"[axes]\nadvance_ratio = [{ratios[1]}, 0.7771]\n"
+        text = f'[study]\nname = "x"\n[rotors]\n{rotors}\n{axis}'
+        (tmp_path / "x.toml").write_text(text)
+        study.run(study.load_study(tmp_path / "x.toml"), tmp_path / "x.h5")
+        (tmp_path / "y.toml").write_text(text.replace("0.7771", "0.7772"))
+        study.run(study.load_study(tmp_path / "y.toml"), tmp_path / "y.h5")
+        with pytest.raises(InputError, match=rf"x\.h5 and .*y\.h5 both have {what} = {ratios[1]:g}.*--extend"):
+            study.merge([tmp_path / "x.h5", tmp_path / "y.h5"], tmp_path / "m.h5")
+        (tmp_path / "x.h5").unlink()
+        (tmp_path / "y.h5").unlink()
 
 
 def test_merge_refuses_a_study_run_with_maps_and_without(two: tuple[Path, Path], tmp_path: Path) -> None:

@@ -247,3 +247,13 @@ def test_files_that_cannot_be_read(tmp_path: Path) -> None:
 def test_the_message_has_path_line_and_key() -> None:
     with pytest.raises(ConfigError, match=r"^study\.toml:3: study\.quik: unknown key, did you mean 'quick'\?$"):
         parse_toml("[study]\nname = 'a'\nquik = true\n", "study.toml", File)
+
+
+@pytest.mark.parametrize(
+    "text", ["a." * 5000 + "a = 1", "[" + "a . " * 5000 + "a]", "x = { " + "'a'." * 90 + "b = 1 }"]
+)
+def test_keys_without_end_are_refused_with_their_line(text: str) -> None:
+    with pytest.raises(ConfigError, match=r"x\.toml:2: this key has more than 60 dots"):
+        parse_document("y = 1.5\n" + text, "x.toml")
+    many = "[" + "1.5, " * 500 + "]"
+    assert parse_document(f"y = {many}\nz = 'a{'.a' * 99}'", "x.toml").data["y"][3] == 1.5

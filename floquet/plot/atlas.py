@@ -31,7 +31,7 @@ ATLAS_COLUMNS = ("mode", "tolerance", "metric", "lock_number", "limit", "mu_max"
 SHARES = {0.9: DOTTED, 0.5: "-", 0.1: "--"}  # of the designs: lines
 FEWEST, MOST_BINS = 20, 60  # designs worth an atlas; Lock numbers that are told apart
 STEPS = 240  # of μ
-MARK = 2.4  # points
+MARK, MOST_DOTS = 2.4, 20  # points; Lock numbers
 ROUNDING = 1e-9  # of a number of designs
 HEIGHT = 2.9  # inches
 
@@ -40,8 +40,9 @@ HEIGHT = 2.9  # inches
 def validity_atlas(limits: Rows, *, width: float = PAGE) -> Figure:
     """A panel for each mode: the share of designs whose limit is beyond μ, in shades; 90, 50 and 10 % as lines.
 
-    A line has a dot at each Lock number (of more than ``MOST_BINS``, at each of as many ranges): the last μ up to which
-    the share holds.  Between dots it is straight, and it ends where the share holds to the last μ.
+    A line goes through the last μ up to which the share holds at each Lock number (of more than ``MOST_BINS``, in each
+    of as many ranges), with dots there if they are few.  In between it is straight, and it ends where the share holds
+    to the last μ.
     """
     modes = [k for k in range(len(MODES)) if np.any(limits["mode"] == k)]
     designs, tolerance = len(np.unique(limits["rotor"])), limits["tolerance"]
@@ -62,20 +63,26 @@ def validity_atlas(limits: Rows, *, width: float = PAGE) -> Figure:
     bar = figure.colorbar(image, ax=list(axes), pad=0.01, aspect=30, ticks=[0.0, 0.5, 1.0])
     bar.ax.set_yticklabels(["0", "50", "100 %"])
     bar.set_label("designs within the tolerance")
-    drawn: Any = {"color": DARK, "lw": 1.0, "marker": "o", "ms": MARK, "mew": 0}
-    lines = [Line2D([], [], ls=style, label=f"{percent(s)} hold", **drawn) for s, style in SHARES.items()]
+    marks = _marks(limits["lock_number"])
+    lines = [Line2D([], [], ls=style, label=f"{percent(s)} hold", **marks) for s, style in SHARES.items()]
     band = Patch(facecolor="none", edgecolor=FOLKLORE_COLOUR, linewidth=1.6, label="folklore: valid to 0.3 … 0.4")
     figure.legend(handles=[*lines, band], loc="outside upper center", ncols=4, frameon=False)
     words = (
         f"{designs} designs; the simple model fails from the first error above {percent(float(tolerance.min()))}. "
-        f"Lines are straight between their dots, at {_nodes(limits['lock_number'])}."
+        f"Lines are straight between {_nodes(limits['lock_number'])}."
     )
     write_footer(figure, words)
     return figure
 
 
+def _marks(gamma: Array) -> dict[str, Any]:
+    """How lines are drawn: dots that are close would hide which line is dashed."""
+    few = len(np.unique(gamma)) <= MOST_DOTS
+    return {"color": DARK, "lw": 1.0, "marker": "o" if few else "None", "ms": MARK, "mew": 0}
+
+
 def _nodes(gamma: Array) -> str:
-    """Where the dots of the lines are."""
+    """What the lines are straight between."""
     count = len(np.unique(gamma))
     return (
         f"the {count} Lock numbers of the designs" if count <= MOST_BINS else f"{MOST_BINS} ranges of the Lock number"
@@ -83,7 +90,7 @@ def _nodes(gamma: Array) -> str:
 
 
 def _draw(ax: Axes, gamma: Array, limit: Array, end: float) -> Any:
-    mu, values = np.linspace(0.0, end, STEPS + 1), np.unique(gamma)
+    mu, values, marks = np.linspace(0.0, end, STEPS + 1), np.unique(gamma), _marks(gamma)
     if len(values) > MOST_BINS:
         edges = np.linspace(values[0], values[-1], MOST_BINS + 1)
         values, gamma = 0.5 * (edges[1:] + edges[:-1]), np.clip(np.searchsorted(edges, gamma) - 1, 0, MOST_BINS - 1)
@@ -97,7 +104,7 @@ def _draw(ax: Axes, gamma: Array, limit: Array, end: float) -> Any:
     for share, style in SHARES.items():
         ends = [_end(limit[member[k]], share) for k in there]
         at = np.where(np.array(ends) < end, ends, np.nan)
-        ax.plot(at, values[there], color=DARK, lw=1.0, ls=style, marker="o", ms=MARK, mew=0, gid=f"share {share:g}")
+        ax.plot(at, values[there], ls=style, gid=f"share {share:g}", **marks)
     low, high = FOLKLORE
     for place in (low, high):
         ax.axvline(place, color=FOLKLORE_COLOUR, lw=1.6, zorder=3.0)

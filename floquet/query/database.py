@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import ExitStack
-from functools import cached_property
+from functools import cached_property, partial
 from itertools import chain
 from pathlib import Path
 from types import TracebackType
@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from floquet.chunks import in_order
 from floquet.errors import DatabaseError, ParameterError, QueryError, did_you_mean, file_name
 from floquet.query.between import LEAST, MOST, MU, Interpolated, interpolated, kinds, wanted
 from floquet.query.frames import DERIVED, DESIGN, axes_columns, library, to_pandas, to_xarray
@@ -380,10 +381,12 @@ class Database:
     ) -> list[str]:
         named = (ROTOR_NAME,) if ROTOR in present else ()
         if columns is None:
-            short = [FILE, *DEFAULT_COLUMNS.get(table, present), *used]
+            few = [FILE, *DEFAULT_COLUMNS.get(table, present), *used]
             known = {*present, *(named if any(self.names) else ())}
-            return list(dict.fromkeys(name for name in short if name in known or name in used))
+            return list(dict.fromkeys(name for name in few if name in known or name in used))
         wanted: dict[str, None] = {}
+        if not isinstance(columns, Iterable):
+            raise QueryError(f"columns is a text or a list of names, and {short(repr(columns))} was given")
         for name in [columns] if isinstance(columns, str) else columns:
             if name == "*":
                 wanted |= dict.fromkeys([*present, *named])
@@ -405,25 +408,34 @@ class Database:
     def _pieces(
         self, table: str, predicate: Predicate, read: Sequence[str], best: Best | None, limit: int | None
     ) -> Iterator[Rows]:
-        """Chunk by chunk the rows that hold; the columns that are not tested are read only where a row does."""
+        """Rows that hold, a few chunks at a time; the columns that are not tested are read only where a row does."""
         early = list(dict.fromkeys([*predicate.names, *([best.key] if best else [])])) or list(read)
         late = [name for name in read if name not in early]
         yield self._nothing(table, read)
         if limit == 0:
             return
-        for start, chunk in self._reader.chunks(table, early, skip=predicate.skip):
-            rows = len(chunk[early[0]])
-            hits = np.flatnonzero(predicate.holds(chunk, rows))
-            found = {name: chunk[name][hits] for name in early}
+        reader = self._reader
+
+        def tested(span: tuple[int, int]) -> tuple[Array, Rows]:
+            chunk = joined([part for _, part in reader.chunks(table, early, *span)])
+            hits = np.flatnonzero(predicate.holds(chunk, span[1] - span[0]))
+            found = hits, {name: chunk[name][hits] for name in early}
+            return found if best is not None else whole(span, *found)
+
+        def whole(span: tuple[int, int], hits: Array, found: Rows) -> tuple[Array, Rows]:
+            if late and hits.size:
+                beside = joined([part for _, part in reader.chunks(table, late, *span)])
+                found |= {name: values[hits] for name, values in beside.items()}
+            return hits, found
+
+        spans = reader.spans(table, skip=predicate.skip)
+        for span, (hits, found) in in_order(((span, partial(tested, span)) for span in spans), large=False):
             if best is not None:
                 admitted = best.admits(found)
-                hits, found = hits[admitted], {name: values[admitted] for name, values in found.items()}
-            if not hits.size:
-                continue
-            if late:
-                beside = joined([part for _, part in self._reader.chunks(table, late, start, start + rows)])
-                found |= {name: values[hits] for name, values in beside.items()}
-            yield {name: found[name] for name in read}
+                kept = {name: values[admitted] for name, values in found.items()}
+                hits, found = whole(span, hits[admitted], kept)
+            if hits.size:
+                yield {name: found[name] for name in read}
 
     def _nothing(self, table: str, read: Sequence[str]) -> Rows:
         """No row, in the right dtypes."""

@@ -33,6 +33,9 @@ class Reader(Protocol):
     def chunks(
         self, table: str, columns: Sequence[str], start: int = 0, stop: int | None = None, skip: Skip | None = None
     ) -> Iterator[tuple[int, Rows]]: ...
+    def spans(
+        self, table: str, start: int = 0, stop: int | None = None, skip: Skip | None = None
+    ) -> Iterator[tuple[int, int]]: ...
 
 
 @dataclass(frozen=True)
@@ -79,14 +82,26 @@ class Several:
     def chunks(
         self, table: str, columns: Sequence[str], start: int = 0, stop: int | None = None, skip: Skip | None = None
     ) -> Iterator[tuple[int, Rows]]:
-        stop, before = self.rows(table) if stop is None else stop, 0
         read = [name for name in columns if name != FILE] or list(self._readers[0].columns(table))[:1]
+        for number, before, low, high in self._parts(table, start, stop):
+            for first, chunk in self._readers[number].chunks(table, read, low, high, self._skip(number, skip)):
+                yield before + first, self._numbered(number, chunk, columns)
+
+    def spans(
+        self, table: str, start: int = 0, stop: int | None = None, skip: Skip | None = None
+    ) -> Iterator[tuple[int, int]]:
+        for number, before, low, high in self._parts(table, start, stop):
+            for first, last in self._readers[number].spans(table, low, high, self._skip(number, skip)):
+                yield before + first, before + last
+
+    def _parts(self, table: str, start: int, stop: int | None) -> Iterator[tuple[int, int, int, int]]:
+        """Of every file that has some of the rows: its number, the rows before it, and its own from … to."""
+        stop, before = self.rows(table) if stop is None else stop, 0
         for number, reader in enumerate(self._readers):
             rows = reader.rows(table)
             low, high = max(start - before, 0), min(stop - before, rows)
             if low < high:
-                for first, chunk in reader.chunks(table, read, low, high, self._skip(number, skip)):
-                    yield before + first, self._numbered(number, chunk, columns)
+                yield number, before, low, high
             before += rows
 
     def _skip(self, number: int, skip: Skip | None) -> Skip | None:

@@ -1,4 +1,8 @@
-"""Reading databases: every chunk is held against its digest when it is read, /integrity when the file is opened."""
+"""Reading databases: every chunk is held against its digest when it is read, everything else when the file is opened.
+
+A file whose seal holds has the metadata that were written.  One without a seal, of an earlier release or another
+program, is examined by a child process before it is opened here.
+"""
 
 from __future__ import annotations
 
@@ -16,15 +20,18 @@ import h5py
 import numpy as np
 from numpy.typing import NDArray
 
-from ..chunks import Packed, digest, in_order
+from ..chunks import Packed, digest, in_order, unpack
 from ..errors import DamageError, DatabaseError, file_name
 from . import schema
 from .digests import attributes_digest, integrity_digest, plain
+from .guard import ask
 from .schema import SCHEMA, TABLES, Column, stored_variables
+from .seal import Seal, chunk_extents
 
 __all__ = ["File", "data_digest", "open_file", "verify"]
 
 Array = NDArray[Any]
+MOST_ROWS = 1 << 24  # of a chunk of any file
 Skip = Callable[[Mapping[str, float], Mapping[str, float]], bool]
 
 #: The filters of every variable but their parameters, as HDF5 numbers them: shuffle, deflate, fletcher32.
@@ -55,11 +62,13 @@ class File:
     tables : tuple of str
     names : tuple of str
         Of the rotors; empty if they have none.
+    sealed : bool
+        Whether the file has a seal, which then holds.
     """
 
-    def __init__(self, path: str | Path) -> None:
-        self._file = _opened(path)
+    def __init__(self, path: str | Path, *, examined: bool = False) -> None:
         self.path = str(path)
+        self._file, self.sealed = _opened(path, examined)
         try:
             with _reading(self.path):
                 self.attributes: dict[str, Any] = {k: plain(v) for k, v in self._file.attrs.items()}
@@ -67,7 +76,11 @@ class File:
                 self.tables = tuple(t for t in TABLES if t in self._file)
                 self.names: tuple[str, ...] = tuple(json.loads(self.attributes.get("rotor_names", "[]")))
                 self._rows = {t: int(self._file[t]["row"].shape[0]) for t in self.tables}
+                self._name = h5py.h5f.get_name(self._file.id)
+                self._chunk_rows: dict[str, int] = {}
+                self._datasets: dict[tuple[str, str], h5py.Dataset] = {}
                 self._integrity = {t: self._read_integrity(t) for t in self.tables}
+                self._stored = {t: self.stored(t) for t in self.tables}
         except BaseException:
             self.close()
             raise
@@ -95,6 +108,10 @@ class File:
         columns = {n: c for n, c in TABLES[table].items() if n not in self.columns(table)}
         return frozenset(columns) | frozenset(stored_variables(columns))
 
+    def unknown(self, table: str) -> frozenset[str]:
+        """Variables of this table that a later release has added."""
+        return frozenset(self._known(table)) - frozenset(stored_variables(TABLES[table]))
+
     def rows(self, table: str) -> int:
         """Number of rows of a table."""
         self._known(table)
@@ -114,13 +131,14 @@ class File:
             variables = {name: i for i, name in enumerate(str(plain(group.attrs["variables"])).split("\n"))}
             digests, minima, maxima = (group[name][()] for name in ("digests", "minima", "maxima"))
             sound = plain(group.attrs["digest"]) == integrity_digest(variables, digests, minima, maxima)
+            self._chunk_rows[table] = chunk_rows = int(group.attrs["chunk_rows"])
         except (OSError, RuntimeError, ValueError, KeyError, TypeError, AttributeError) as error:
             raise DamageError(self.path, [place]) from error
         if not sound:
             raise DamageError(self.path, [place])
-        count = max(1, math.ceil(self._rows[table] / schema.CHUNK_ROWS))
+        count = max(1, math.ceil(self._rows[table] / chunk_rows)) if 0 < chunk_rows <= MOST_ROWS else 0
         sizes_agree = digests.shape == (len(variables), count, 16) and minima.shape == maxima.shape == digests.shape[:2]
-        if not sizes_agree or int(group.attrs["chunk_rows"]) != schema.CHUNK_ROWS:
+        if not sizes_agree:
             raise DatabaseError(
                 self.path, f"the table {table} and its digests do not belong together: the file is damaged"
             )
@@ -134,35 +152,54 @@ class File:
         ``columns`` may be columns (complex ones whole) or stored variables.  ``skip(minima, maxima)`` leaves out a
         chunk by the ranges of its variables, nan apart.
         """
+        for first, last in self.spans(table, start, stop, skip):
+            chunk, begin = divmod(first, self._chunk_rows[table])
+            cut = slice(begin, begin + last - first)
+            yield first, {name: self._column(table, name, chunk)[cut] for name in columns}
+
+    def spans(
+        self, table: str, start: int = 0, stop: int | None = None, skip: Skip | None = None
+    ) -> Iterator[tuple[int, int]]:
+        """(first row, the row after the last) of the chunks that :meth:`chunks` reads."""
         variables, _, minima, maxima = self._integrity[table] if self._known(table) else ({}, None, None, None)
         total = self.rows(table)
-        stop = total if stop is None else min(stop, total)
-        for first in range(start // schema.CHUNK_ROWS * schema.CHUNK_ROWS, stop, schema.CHUNK_ROWS):
-            chunk = first // schema.CHUNK_ROWS
+        stop, step = total if stop is None else min(stop, total), self._chunk_rows[table]
+        for first in range(start // step * step, stop, step):
+            chunk = first // step
             if skip is not None and minima is not None and maxima is not None:
                 low, high = ({n: float(r[i, chunk]) for n, i in variables.items()} for r in (minima, maxima))
                 if skip(low, high):
                     continue
-            cut = slice(max(start, first) - first, min(stop, first + schema.CHUNK_ROWS) - first)
-            yield max(start, first), {name: self._column(table, name, chunk)[cut] for name in columns}
+            yield max(start, first), min(stop, first + step)
 
     def _column(self, table: str, name: str, chunk: int) -> Array:
         known = self._known(table)
         if name in known:
-            return self.variable(table, name, chunk)
+            return self._numbers(table, name, chunk)
         if f"{name}_re" in known:
-            real, imaginary = (self.variable(table, f"{name}_{part}", chunk) for part in ("re", "im"))
+            real, imaginary = (self._numbers(table, f"{name}_{part}", chunk) for part in ("re", "im"))
             out = np.empty(real.shape, complex)
             out.real, out.imag = real, imaginary
             return out
         raise DatabaseError(self.path, f"the table {table} has no column {name!r}: it was written without it")
 
-    def variable(self, table: str, name: str, chunk: int) -> Array:
-        """One chunk of one variable, checked."""
-        index, digests, _, _ = self._integrity[table]
-        first = chunk * schema.CHUNK_ROWS
+    def _numbers(self, table: str, name: str, chunk: int) -> Array:
+        """One chunk of one variable, checked as it is stored where that is known: a third of the time, and no lock."""
+        if (stored := self._stored[table]) is None:
+            return self.variable(table, name, chunk)
+        packed = self._checked(table, name, chunk, self._raw(table, name, chunk), stored)
+        dataset, there = self._datasets[table, name], self.rows(table) - chunk * schema.CHUNK_ROWS
         try:
-            part: Array = self._file[table][name][first : first + schema.CHUNK_ROWS]
+            return unpack(packed.data, dataset.dtype.str, dataset.chunks[0])[:there]
+        except ValueError as error:
+            raise DamageError(self.path, [self._place(table, name, chunk)]) from error
+
+    def variable(self, table: str, name: str, chunk: int) -> Array:
+        """One chunk of one variable, read by HDF5 and held against the digest of its numbers."""
+        index, digests, _, _ = self._integrity[table]
+        step = self._chunk_rows[table]
+        try:
+            part: Array = self._dataset(table, name)[chunk * step : (chunk + 1) * step]
         except (OSError, RuntimeError, ValueError, KeyError) as error:
             raise DamageError(self.path, [self._place(table, name, chunk)]) from error
         if digest(part) != digests[index[name], chunk].tobytes():
@@ -170,8 +207,36 @@ class File:
         return part
 
     def _place(self, table: str, name: str, chunk: int) -> str:
-        first = chunk * schema.CHUNK_ROWS
-        return f"{table}/{name} rows {first}…{min(first + schema.CHUNK_ROWS, self.rows(table)) - 1}"
+        first = chunk * self._chunk_rows[table]
+        return f"{table}/{name} rows {first}…{min(first + self._chunk_rows[table], self.rows(table)) - 1}"
+
+    def _dataset(self, table: str, name: str) -> h5py.Dataset:
+        """A variable, which must be stored in this file and nowhere else."""
+        if (table, name) not in self._datasets:
+            dataset = self._file[table][name]
+            made = dataset.id.get_create_plist()
+            elsewhere = made.get_layout() == h5py.h5d.VIRTUAL or made.get_external_count()
+            if elsewhere or h5py.h5f.get_name(dataset.id) != self._name or dataset.shape != (self._rows[table],):
+                raise ValueError(f"{table}/{name} is not stored here")
+            self._datasets[table, name] = dataset
+        return self._datasets[table, name]
+
+    def examine(self, beat: Callable[[], None]) -> None:
+        """Look at all metadata that reading goes by; raises DamageError where they are not sound."""
+        if not self._described():
+            raise DamageError(self.path, ["attributes and schema"])
+        size = Path(self.path).stat().st_size
+        for table in self.tables:
+            for name in ("row", *self._known(table)):
+                beat()
+                try:
+                    dataset = self._dataset(table, name)
+                    places = chunk_extents([dataset]) if dataset.chunks else []
+                except (OSError, RuntimeError, ValueError, KeyError, TypeError, AttributeError) as error:
+                    raise DamageError(self.path, [f"{table}/{name}"]) from error
+                most = 2 * dataset.dtype.itemsize * (dataset.chunks or (0,))[0] + 4096
+                if any(first + length > size or length > most for first, length in places):
+                    raise DamageError(self.path, [f"{table}/{name}"])
 
     # -------------------------------------------------- chunks as they are stored
     def stored(self, table: str) -> NDArray[np.uint8] | None:
@@ -182,7 +247,8 @@ class File:
             digests = group["stored"][()]
             sound = plain(group.attrs["stored_digest"]) == digest(digests).hex() and len(digests) == len(known)
             chunk = (min(self.rows(table), schema.CHUNK_ROWS),)
-            ours = all(_filters(d) == FILTERS and d.chunks == chunk for d in map(self._file[table].get, known))
+            ours = self._chunk_rows[table] == schema.CHUNK_ROWS
+            ours &= all(_filters(d) == FILTERS and d.chunks == chunk for d in map(self._file[table].get, known))
         except (OSError, RuntimeError, ValueError, KeyError, TypeError, AttributeError):
             return None
         return digests if sound and ours else None
@@ -192,14 +258,14 @@ class File:
         stored = self.stored(table)
         if stored is None:
             raise DamageError(self.path, [f"integrity/{table}"])
-        for chunk in range(math.ceil(self.rows(table) / schema.CHUNK_ROWS)):
+        for chunk in range(self._count(table)):
             for name in variables:
                 raw = self._raw(table, name, chunk)
-                yield (name, chunk * schema.CHUNK_ROWS), partial(self._checked, table, name, chunk, raw, stored)
+                yield (name, chunk * self._chunk_rows[table]), partial(self._checked, table, name, chunk, raw, stored)
 
     def _raw(self, table: str, name: str, chunk: int) -> bytes:
         try:
-            left_out, data = self._file[table][name].id.read_direct_chunk((chunk * schema.CHUNK_ROWS,))
+            left_out, data = self._dataset(table, name).id.read_direct_chunk((chunk * self._chunk_rows[table],))
         except (OSError, RuntimeError, ValueError, KeyError) as error:
             raise DamageError(self.path, [self._place(table, name, chunk)]) from error
         return b"" if left_out else bytes(data)  # some filter was not applied: no chunk of ours
@@ -218,26 +284,63 @@ class File:
         except DamageError:
             return False
 
-    def damaged(self) -> Iterator[str]:
-        """Every place that does not match its digest, its type or its flags."""
+    def _count(self, table: str) -> int:
+        """Number of chunks."""
+        return math.ceil(self.rows(table) / self._chunk_rows[table])
+
+    def _described(self) -> bool:
+        """Whether schema and attributes are those that were written."""
         try:
-            sound = self.attributes.get("attributes_digest") == attributes_digest(self._file)
-        except (OSError, RuntimeError, ValueError, KeyError, TypeError):
-            sound = False
-        if not sound:
+            return bool(self.attributes.get("attributes_digest") == attributes_digest(self._file))
+        except (OSError, RuntimeError, ValueError, KeyError, TypeError, AttributeError):
+            return False
+
+    def values(self) -> int:
+        """Number of values in all tables."""
+        return sum(self.rows(table) * len(self._known(table)) for table in self.tables)
+
+    def count(self) -> int:
+        """Number of chunks in all tables."""
+        return sum(self._count(table) * len(self._known(table)) for table in self.tables)
+
+    def damaged(self, beat: Callable[[], None] = lambda: None) -> Iterator[str]:
+        """Every place that does not match its digest, its type, its flags or the range of what it is.
+
+        ``beat`` is called chunk by chunk.
+        """
+        if not self._described():
             yield "attributes and schema"
         for table in self.tables:
             columns = stored_variables(TABLES[table])
+            yield from self._misnumbered(table, beat)
             for name in self._known(table):
-                for chunk in range(math.ceil(self.rows(table) / schema.CHUNK_ROWS)):
-                    try:
-                        part = self.variable(table, name, chunk)
-                    except DamageError as error:
-                        yield error.places[0]
-                        continue
-                    flags = columns[name].flags if name in columns else None
-                    if flags and not np.all(np.isin(part, list(flags))):
-                        yield f"{table}/{name} (a value that is no flag)"
+                wrong = dict.fromkeys(self._wrong(table, name, columns.get(name), beat))
+                yield from wrong
+
+    def _wrong(self, table: str, name: str, column: Column | None, beat: Callable[[], None]) -> Iterator[str]:
+        """Places of one variable."""
+        for chunk in range(self._count(table)):
+            beat()
+            try:
+                part = self.variable(table, name, chunk)
+            except DamageError as error:
+                yield error.places[0]
+                continue
+            if column is not None and (why := column.refuses(part)):
+                yield f"{table}/{name} ({why})"
+
+    def _misnumbered(self, table: str, beat: Callable[[], None]) -> Iterator[str]:
+        """The scale, if it does not number the rows."""
+        step = self._chunk_rows[table]
+        try:
+            rows = self._dataset(table, "row")
+            for first in range(0, self.rows(table), step):
+                beat()
+                part = rows[first : first + step]
+                if not np.array_equal(part, np.arange(first, first + len(part))):
+                    raise ValueError
+        except (OSError, RuntimeError, ValueError, KeyError, TypeError, AttributeError):
+            yield f"{table}/row"
 
     def data_digest(self) -> str:
         """Digest of the tables' contents; equal data have equal digests, whenever they were written."""
@@ -249,7 +352,8 @@ class File:
         return total.hexdigest()
 
 
-def _opened(path: str | Path) -> h5py.File:
+def _opened(path: str | Path, examined: bool) -> tuple[h5py.File, bool]:
+    """A file that HDF5 may look at, and whether it is sealed."""
     path = file_name(path)
     if not path.exists():
         raise DatabaseError(path, "there is no such file: check the path, or make it with floquet run")
@@ -257,13 +361,18 @@ def _opened(path: str | Path) -> h5py.File:
         raise DatabaseError(path, "this is a folder, not a database: name the file, such as results/validity.h5")
     try:
         with path.open("rb") as file:
-            signature = file.read(8)
+            signature, seal = file.read(8), Seal(file)
+            broken = seal.present and not seal.holds()
     except OSError as error:
         raise DatabaseError(path, f"cannot be read ({(error.strerror or str(error)).lower()})") from error
     if signature != b"\x89HDF\r\n\x1a\n":
         raise DatabaseError(path, "this is not an HDF5 file: a floquet database is made with floquet run")
+    if broken:
+        raise DamageError(path, ["metadata"])
+    if not seal.present and not examined:
+        ask("floquet.store.examine", path)
     try:
-        return h5py.File(path, "r")
+        return h5py.File(path, "r"), seal.present
     except (OSError, RuntimeError) as error:
         raise DatabaseError(
             path, "this HDF5 file is damaged or was cut short: restore a copy or run the study again"

@@ -6,33 +6,54 @@ those of :data:`ALWAYS` in any case.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 from enum import IntEnum
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
 
 from ..comparison import Cause, Metric, Rule
 from ..errors import InputError, did_you_mean
 from ..exponents import Verdict
 from ..period_map import Method
-from ..rotor import PARAMETERS, Hub
+from ..rotor import PARAMETERS, Hub, Parameter
 from ..sweep import INTERVALS, METRIC_COLUMNS, MODES
 
 __all__ = ["ALWAYS", "CHUNK_ROWS", "EVERY", "LIMITS", "POINTS", "ROW", "SCHEMA", "TABLES", "Column", "chosen",
            "column_name", "stored_variables"]  # fmt: skip
 
-SCHEMA = (1, 0)  # major: older readers cannot read it; minor: columns were added
+SCHEMA = (1, 1)  # major: older readers cannot read it; minor: columns were added
 CHUNK_ROWS = 16384  # 128 kB a chunk of doubles
 PER_REV = "per radian of azimuth, in units of the rotor speed (per rev)"
 
 
 @dataclass(frozen=True)
 class Column:
-    """A column: NumPy type (f8, i4, i2, i1, c16), CF units, meaning, and the words of a flag."""
+    """A column: NumPy type (f8, i4, i2, i1, c16), CF units, meaning, the words of a flag, and what numbers it may have.
+
+    Numbers are at least ``least`` (above it, if ``exclusive``) and below ``below``, and finite; without any of these
+    they may be anything.
+    """
 
     dtype: str
     units: str
     long_name: str
     flags: Mapping[int, str] | None = None
+    least: float | None = None
+    exclusive: bool = False
+    below: float = math.inf
+
+    def refuses(self, values: NDArray[Any]) -> str:
+        """Why some of these values cannot be right, or nothing."""
+        if self.flags is not None:
+            return "" if np.isin(values, list(self.flags)).all() else "a value that is no flag"
+        if self.least is None:
+            return ""
+        above = values > self.least if self.exclusive else values >= self.least
+        return "" if (above & (values < self.below)).all() else "a value that is not possible"
 
 
 def _flags(kind: type[IntEnum]) -> dict[int, str]:
@@ -43,12 +64,20 @@ def _number(long_name: str, units: str = "1") -> Column:
     return Column("f8", units, long_name)
 
 
+def _parameter(p: Parameter) -> Column:
+    """Finite, and in its range."""
+    least = max(p.minimum, -float(np.finfo(float).max))
+    return Column("f8", "1", p.description, None, least, p.exclusive, p.below)
+
+
 MODE_FLAGS = dict(enumerate(MODES))
-_DESIGN = {"rotor": Column("i4", "1", "number of the rotor; names are in the attribute rotor_names")}
-_PARAMETERS = {p.name: _number(p.description) for p in PARAMETERS} | {
-    "blades": Column("i2", "1", "number of blades"),
+_DESIGN = {"rotor": Column("i4", "1", "number of the rotor; names are in the attribute rotor_names", None, 0)}
+_PARAMETERS = {p.name: _parameter(p) for p in PARAMETERS} | {
+    "blades": Column("i2", "1", "number of blades", None, 1),
     "hub": Column("i1", "1", "how the blades are held", _flags(Hub)),
-    "flap_frequency": _number("rotating flap frequency nu_beta = sqrt(1 + kappa + m), structure only, per rev"),
+    "flap_frequency": Column(
+        "f8", "1", "rotating flap frequency nu_beta = sqrt(1 + kappa + m), structure only, per rev", None, 1.0
+    ),
 }
 _ERRORS = {
     Metric.RELATIVE: "distance of the two models' exponents over the exact ones' root mean square",
@@ -75,7 +104,7 @@ def _mode_columns(mode: str) -> dict[str, Column]:
 
 POINTS: dict[str, Column] = {
     **_DESIGN,
-    "advance_ratio": _number("advance ratio V cos(alpha) / (Omega R)"),
+    "advance_ratio": Column("f8", "1", "advance ratio V cos(alpha) / (Omega R)", None, 0.0),
     **_PARAMETERS,
     "exponent_1": Column("c16", "1", f"first Floquet exponent of the blade, {PER_REV}"),
     "exponent_2": Column("c16", "1", f"second Floquet exponent of the blade, {PER_REV}"),
@@ -93,9 +122,9 @@ LIMITS: dict[str, Column] = {
     **_PARAMETERS,
     "mode": Column("i1", "1", "mode", MODE_FLAGS),
     "metric": Column("i1", "1", "how the error is measured", _flags(Metric)),
-    "tolerance": _number("error at which the mode fails"),
+    "tolerance": Column("f8", "1", "error at which the mode fails", None, 0.0, True),
     "limit": _number("first advance ratio at which the error passes the tolerance, inf: none up to mu_max"),
-    "mu_max": _number("last advance ratio looked at"),
+    "mu_max": Column("f8", "1", "last advance ratio looked at", None, 0.0, True),
     "intervals": Column("i4", "1", f"number of intervals of failure (the first {INTERVALS} are columns)"),
     **{
         f"interval_{k}_{end}": _number(f"{end} of interval {k} of failure (an end at inf: still failing at mu_max)")

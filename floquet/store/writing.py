@@ -20,6 +20,7 @@ from . import schema
 from .digests import attributes_digest, integrity_digest
 from .files import Sink, atomic
 from .schema import ROW, SCHEMA, TABLES, Column, stored_variables
+from .seal import add_seal, chunk_extents
 
 if TYPE_CHECKING:
     from .reading import File
@@ -71,6 +72,10 @@ def create(
             for writer in writers.values():
                 writer.finish()
             file.attrs["attributes_digest"] = attributes_digest(file)
+            file.flush()
+            chunks = [place for writer in writers.values() for place in chunk_extents(writer.datasets.values())]
+        sink.check()
+        add_seal(sink, chunks)
 
 
 class TableWriter:

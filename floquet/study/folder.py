@@ -18,7 +18,6 @@ from typing import Any
 from .. import store
 from ..errors import DatabaseError, InputError, StorageError
 from ..studyfile import Study
-from ..sweep import Plan
 from .shards import sizes_of
 
 DAMAGED_JOURNAL = "its study.json is damaged: remove the folder and run the study again"
@@ -44,7 +43,7 @@ def locked(folder: Path, study: Study, resume: bool) -> Iterator[dict[str, int]]
             "designs": study.plan.designs,
             "names": list(study.plan.names),
             "title": study.title,
-            "options": _options(study.plan),
+            "options": study.plan.options,
         },
         indent=1,
     )
@@ -97,11 +96,6 @@ def _storage(path: Path) -> Iterator[None]:
         raise
     except OSError as error:
         raise StorageError(path, store.write_failure(error)) from error
-
-
-def _options(plan: Plan) -> dict[str, Any]:
-    """What rows of one database have in common beside their columns."""
-    return {"model": plan.model or "by hub", **plan.physics.as_dict()}
 
 
 def same_columns(place: Path, study: Study, there: Iterable[str]) -> None:

@@ -5,27 +5,33 @@ from __future__ import annotations
 import contextlib
 import hashlib
 import json
+import time
 import warnings
 from collections.abc import Sequence
-from itertools import pairwise, permutations
+from itertools import combinations, pairwise, permutations
 from pathlib import Path
 
 import numpy as np
 
-from .. import store
+from .. import __version__, store
 from ..errors import FloquetWarning, InputError
-from ..rotor import PARAMETERS
+from .extending import DESIGN
 from .packing import root_attributes
 
 
 def merge(paths: Sequence[str | Path], out: str | Path) -> dict[str, int]:
-    """One database of several with the same engine and options; rotors are numbered on."""
-    if len(paths) < 2:
-        raise InputError("merge takes two databases or more")
+    """One database of several with the same engine and options; rotors are numbered on.
+
+    Of one, whatever release or program has written it, it is a copy as this release writes.
+    """
+    if not paths:
+        raise InputError("merge takes one database or more, and none was given")
     if Path(out).exists():
         raise InputError(f"{out} is there already: choose another name or move it away")
     with contextlib.ExitStack() as stack:
         files = [stack.enter_context(store.open_file(p)) for p in paths]
+        if len(files) == 1:
+            return _renewed(files[0], out)
         first = files[0]
         seen: dict[str, str] = {}
         for file in files:
@@ -61,8 +67,22 @@ def merge(paths: Sequence[str | Path], out: str | Path) -> dict[str, int]:
     return rows
 
 
+def _renewed(file: store.File, out: str | Path) -> dict[str, int]:
+    """A copy in the present schema, with the same rows and attributes and a line of history."""
+    now = time.strftime("%Y-%m-%dT%H:%M:%SZ", time.gmtime())
+    line = f"{now} floquet-rotor {__version__}, from schema {file.attributes['schema_version']}"
+    attributes = {name: value for name, value in file.attributes.items() if name != "attributes_digest"}
+    attributes["history"] = "\n".join(filter(None, [attributes.get("history"), line]))
+    rows = {table: file.rows(table) for table in file.tables}
+    columns = {table: _common([file], table) for table in file.tables}
+    with store.create(out, rows, attributes, columns=columns) as writers:
+        for writer in writers.values():
+            store.copy_rows(file, writer)
+    return rows
+
+
 def _refuse_twice(files: Sequence[store.File]) -> None:
-    """No database has every row of another, as that of one study with maps and without."""
+    """No database has a row of another: least of all every row, as that of one study with maps and without."""
     points = [_points(file) for file in files]
     for (a, mine), (b, theirs) in permutations(zip(files, points, strict=True), 2):
         if mine and all(ratios <= theirs.get(design, frozenset()) for design, ratios in mine.items()):
@@ -70,11 +90,25 @@ def _refuse_twice(files: Sequence[store.File]) -> None:
                 f"{b.path} has every design and advance ratio of {a.path}, as it is when one study was run with "
                 "map = true and without: its rows would stand twice, so give one of the two"
             )
+    for (a, mine), (b, theirs) in combinations(zip(files, points, strict=True), 2):
+        for design, ratios in mine.items():
+            if shared := ratios & theirs.get(design, frozenset()):
+                raise InputError(
+                    f"{a.path} and {b.path} both have {_described(design)} at μ = {min(shared):g}, and its row would "
+                    "stand twice: run one study of both, or let one that has grown take its rows by --extend"
+                )
+
+
+def _described(design: bytes) -> str:
+    """The name of a design, or what is not 0 of it."""
+    name, values = design[: -8 * len(DESIGN)].rstrip(b"\0").decode(), np.frombuffer(design[-8 * len(DESIGN) :])
+    given = ", ".join(f"{key} {value:g}" for key, value in zip(DESIGN, values, strict=True) if value)
+    return f"the rotor {name!r}" if name else f"a rotor of {given}"
 
 
 def _points(file: store.File) -> dict[bytes, frozenset[float]]:
     """The designs, by name and parameters, and their advance ratios."""
-    columns = ["rotor", "advance_ratio", *(p.name for p in PARAMETERS), "blades", "hub"]
+    columns = ["rotor", "advance_ratio", *DESIGN]
     found: dict[bytes, frozenset[float]] = {}
     grids: dict[bytes, frozenset[float]] = {}  # each once: all designs of a study have the same
     for _, rows in file.chunks("points", columns) if "points" in file.tables else ():
@@ -100,9 +134,11 @@ def _common(files: Sequence[store.File], table: str) -> list[str]:
     there = [file.columns(table) for file in files if table in file.tables]
     kept = [name for name in store.TABLES[table] if all(name in columns for columns in there)]
     lost = [name for name in store.TABLES[table] if name not in kept and any(name in columns for columns in there)]
+    lost += sorted(set().union(*(file.unknown(table) for file in files if table in file.tables)))
     if lost:
         warnings.warn(
-            f"columns that not every database has are left out of the table {table}: {', '.join(lost)}",
+            "columns that not every database has, or that this release does not know, are left out of the table "
+            f"{table}: {', '.join(lost)}",
             FloquetWarning,
             stacklevel=3,
         )

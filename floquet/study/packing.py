@@ -15,11 +15,14 @@ from .folder import DAMAGED_JOURNAL, columns_of, journal_of, text_of
 from .shards import Parts, Shard, listed, ours, sound
 
 
-def pack(folder: str | Path, out: str | Path) -> dict[str, int]:
-    """Check all shards of a study's folder and write them as one database; the rows of each table."""
+def pack(folder: str | Path, out: str | Path, *, replace: bool = False) -> dict[str, int]:
+    """Check all shards of a study's folder and write them as one database; the rows of each table.
+
+    ``replace`` puts it in the place of what is there, when it is whole.
+    """
     folder = Path(folder)
     journal = folder / "study.json"
-    if Path(out).exists():
+    if Path(out).exists() and not replace:
         raise InputError(f"{out} is there already: choose another name or move it away")
     if not journal.is_file():
         raise DatabaseError(

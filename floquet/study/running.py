@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import shutil
 import time
 from collections.abc import Callable, Sequence
@@ -12,31 +11,22 @@ from pathlib import Path
 
 from .. import store
 from ..errors import InputError
-from ..rotor import Hub
 from ..studyfile import Study
+from .extending import known
 from .folder import locked, parts_of, same_columns
 from .packing import pack
 from .shards import Parts, Shard, all_shards, sizes_of, sound
 from .workers import compute
 
 Progress = Callable[[int, int], None]
-BYTES_A_VALUE = 4.0  # of 8, after compression: measured on the validity study
-
-
-@dataclass(frozen=True, kw_only=True)
-class Estimate:
-    """What a study will make."""
-
-    designs: int
-    points: int
-    limits: int
-    shards: int
-    bytes: int
 
 
 @dataclass(frozen=True, kw_only=True)
 class RunReport:
-    """What a run did; ``failed`` shards leave the study unfinished, its folder in place."""
+    """What a run did; ``failed`` shards leave the study unfinished, its folder in place.
+
+    ``computed`` and ``reused`` are shards, ``copied`` points of a database that was extended.
+    """
 
     path: Path
     points: int
@@ -45,27 +35,7 @@ class RunReport:
     computed: int
     reused: int
     failed: tuple[tuple[str, str], ...] = field(default=())
-
-
-def dry_run(study: Study) -> Estimate:
-    """Sizes of a study without running it."""
-    plan = study.plan
-    modes = {h: n for h, n in ((Hub.ARTICULATED, 3), (Hub.TEETERING, 2))}
-    rows = sum(
-        math.prod(r.shape) * (modes[r.hub] + (r.hub == Hub.ARTICULATED and r.blades % 2 == 0 and r.blades >= 4))
-        for r in plan.rotors
-    )
-    limits = rows * len(plan.tolerances)
-    stored = {"points": {name: store.POINTS[name] for name in study.columns}, "limits": store.LIMITS}
-    sizes = {t: len(store.stored_variables(c)) * BYTES_A_VALUE for t, c in stored.items()}
-    total = plan.points * sizes["points"] + limits * sizes["limits"]
-    return Estimate(
-        designs=plan.designs,
-        points=plan.points,
-        limits=limits,
-        shards=len(all_shards(plan, sizes_of(plan))),
-        bytes=int(total),
-    )
+    copied: int = 0
 
 
 def run(
@@ -73,6 +43,7 @@ def run(
     out: str | Path,
     *,
     resume: bool = False,
+    extend: bool = False,
     workers: int = 1,
     executor: Executor | None = None,
     progress: Progress | None = None,
@@ -83,6 +54,10 @@ def run(
     ----------
     resume : bool
         Go on where an earlier run of the same study stopped; without it an existing output is refused.
+    extend : bool
+        ``out`` is a database of the study as it was before it grew, by designs, advance ratios or tolerances: its rows
+        are copied, the others computed, and it is replaced when the new one is whole.  Its data are those of a run
+        from nothing.
     workers : int
         Processes; 1 computes here.  The result does not depend on it.
     executor : concurrent.futures.Executor, optional
@@ -94,8 +69,10 @@ def run(
     if workers < 1:
         raise InputError(f"workers = {workers} is no number of processes: give 1 or more")
     folder = parts_of(out)
-    if out.exists():
-        rows = _finished(out, study, resume)
+    if extend and not out.exists():
+        raise InputError(f"{out} is not there to be extended: check the path, or run the study without --extend")
+    if out.exists() and not (extend and _grown(out, study)):
+        rows = _finished(out, study, resume or extend)
         return RunReport(
             path=out,
             points=rows.get("points", 0),
@@ -108,12 +85,12 @@ def run(
         store.remove_leftovers(folder)
         store.remove_leftovers(out.parent, out.name)
         shards = all_shards(study.plan, sizes)
-        parts = Parts(folder, study.id, study.columns)
+        parts = Parts(folder, study.id, study.columns, known(out, study) if extend else None)
         kept = {s for s in shards if (folder / s.file).exists() and sound(s, parts)}
         todo = [s for s in shards if s not in kept]
         failed = compute(study.plan, parts, todo, workers, executor, _counting(shards, kept, progress))
         if not failed:
-            rows = pack(folder, out)
+            rows = pack(folder, out, replace=extend)
             shutil.rmtree(folder, ignore_errors=True)
     if failed:
         return RunReport(
@@ -133,7 +110,15 @@ def run(
         seconds=seconds,
         computed=len(todo),
         reused=len(kept),
+        copied=parts.known.points if parts.known else 0,
     )
+
+
+def _grown(out: Path, study: Study) -> bool:
+    """Whether a database is of another study than this, or of this with other columns."""
+    with store.open_file(out) as file:
+        same = file.attributes.get("study_id") == study.id
+        return not (same and set(file.columns("points")) == set(study.columns))
 
 
 def _finished(out: Path, study: Study, resume: bool) -> dict[str, int]:

@@ -6,6 +6,7 @@ points end where chunks of the database end: rows are computed chunk by chunk, a
 
 from __future__ import annotations
 
+import functools
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
@@ -19,6 +20,7 @@ from numpy.typing import NDArray
 from .. import store
 from ..errors import FloquetError
 from ..sweep import ENGINE, Plan, limit_rows, point_rows
+from .extending import Known
 
 Rows = dict[str, NDArray[Any]]
 SHARDS = 32  # a study is cut into about so many, within these sizes:
@@ -77,11 +79,12 @@ def listed(table: str, count: int, size: int) -> list[Shard]:
 
 @dataclass(frozen=True)
 class Parts:
-    """The folder of shards of a study, and the columns of points that they have."""
+    """The folder of shards of a study, the columns of points that they have, and what there is of their rows."""
 
     folder: Path
     study_id: str
     columns: tuple[str, ...]
+    known: Known | None = None
 
 
 def make(plan: Plan, shard: Shard, parts: Parts) -> str:
@@ -89,7 +92,8 @@ def make(plan: Plan, shard: Shard, parts: Parts) -> str:
     out, columns = parts.folder / shard.file, {"points": parts.columns}
     about = {"study_id": parts.study_id, "engine_version": ENGINE, "shard": shard.name}
     wanted, blocks = (parts.columns,) if shard.table == "points" else (), _blocks(shard, plan)
-    made = (TABLE_ROWS[shard.table](plan, *block, *wanted) for block in blocks)
+    rows_of = TABLE_ROWS[shard.table] if parts.known is None else functools.partial(parts.known.rows, shard.table)
+    made = (rows_of(plan, *block, *wanted) for block in blocks)
     first = next(made)
     count = shard.stop - shard.start if shard.table == "points" else len(first["rotor"])
     with store.create(out, {shard.table: count}, about, columns=columns) as writers:

@@ -24,7 +24,6 @@ from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.interpolate import BarycentricInterpolator
 
 from ..errors import ParameterError, did_you_mean
 from ..exponents import exponents
@@ -437,6 +436,8 @@ class _Tongue:
         So the polynomial through the squares is below zero where there is a gap between two lines.
         """
         places = np.linspace(0.02, 0.98, 65)
+        from scipy.interpolate import BarycentricInterpolator
+
         through = BarycentricInterpolator(self.shares, self.squares)(places)
         lowest = int(np.argmin(through))
         return [float(places[lowest])] if through[lowest] <= 0.0 and len(self.shares) < LOOKS else []

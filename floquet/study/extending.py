@@ -1,0 +1,237 @@
+"""What a database already has of a study that has grown: its rows, copied, each chunk held against its digest.
+
+A row is a pure function of its parameters and the engine, so a row of the same design, bit for bit, at the same advance
+ratio, bit for bit, is the same row; only its design's number changes.  Limits are taken where a design's are for the
+same tolerances in the same order up to the same advance ratio.  Rows of maps depend on all advance ratios of a design
+beside: they are taken where those are the same.
+"""
+
+from __future__ import annotations
+
+import json
+import tomllib
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from itertools import pairwise
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .. import store
+from ..errors import InputError
+from ..kernels import POINTS
+from ..rotor import PARAMETERS
+from ..studyfile import Study
+from ..sweep import ENGINE, Plan, limits_at, points_at
+
+__all__ = ["Known", "known"]
+
+Array = NDArray[Any]
+Rows = dict[str, Array]
+DESIGN = (*(p.name for p in PARAMETERS), "blades", "hub")
+
+
+@dataclass(frozen=True, eq=False)
+class Known:
+    """Where the rows of a plan's designs are in a database; −1 where they are not.
+
+    Attributes
+    ----------
+    first, grid : (designs,) arrays
+        First row of points of a design, and which row of ``places`` tells where its advance ratios are.
+    places : (grids, m) array
+        For every advance ratio of the plan the row, counted from the first of a design.
+    limits : (designs, 2) array
+        First row of limits, and the one after the last.
+    """
+
+    path: Path
+    first: NDArray[np.int64]
+    grid: NDArray[np.intp]
+    places: NDArray[np.int64]
+    limits: NDArray[np.int64]
+
+    @property
+    def points(self) -> int:
+        """How many rows of points there are."""
+        each = (self.places >= 0).sum(axis=1)
+        return int(each[self.grid[self.first >= 0]].sum())
+
+    def rows(self, table: str, plan: Plan, start: int, stop: int, *columns: tuple[str, ...]) -> Rows:
+        """Rows as :func:`floquet.sweep.point_rows` and :func:`floquet.sweep.limit_rows` make them."""
+        if table == "limits":
+            return self._limits(plan, start, stop)
+        return self._points(plan, np.arange(start, stop), *columns)
+
+    def _points(self, plan: Plan, index: NDArray[np.intp], columns: tuple[str, ...]) -> Rows:
+        designs, mu = np.divmod(index, plan.advance_ratio.size)
+        place = self.places[self.grid[designs], mu]
+        at = np.where((self.first[designs] >= 0) & (place >= 0), self.first[designs] + place, -1)
+        missing = np.flatnonzero(at < 0)
+        parts = [(missing, points_at(plan, index[missing], columns))] if missing.size else []
+        with store.open_file(self.path) as file:
+            parts += _copied(file, "points", list(columns), at)
+        out = _joined(parts, len(index))
+        return out | {"rotor": designs.astype(np.int32)}
+
+    def _limits(self, plan: Plan, start: int, stop: int) -> Rows:
+        spans = self.limits[start:stop]
+        missing = np.flatnonzero(spans[:, 0] < 0)
+        computed = limits_at(plan, start + missing)
+        there = np.flatnonzero(spans[:, 0] >= 0)
+        counts = np.diff(spans[there]).ravel()
+        at = np.concatenate([np.arange(a, b) for a, b in spans[there].tolist()] or [np.zeros(0, int)])
+        with store.open_file(self.path) as file:
+            parts = list(_copied(file, "limits", list(store.LIMITS), at))
+        taken = _joined(parts, len(at)) if parts else {name: column[:0] for name, column in computed.items()}
+        taken["rotor"] = np.repeat(start + there, counts).astype(np.int32)
+        both = {name: np.concatenate([column, taken[name]]) for name, column in computed.items()}
+        order = np.argsort(both["rotor"], kind="stable")
+        return {name: column[order] for name, column in both.items()}
+
+
+def _copied(file: store.File, table: str, columns: list[str], at: NDArray[np.int64]) -> Iterator[tuple[Array, Rows]]:
+    """(places, rows) of the rows that stand at ``at`` in a file, chunk by chunk; −1 is left out."""
+    size = store.schema.CHUNK_ROWS
+    for chunk in np.unique(at[at >= 0] // size).tolist():
+        some = np.flatnonzero((at >= chunk * size) & (at < (chunk + 1) * size))
+        low, high = int(at[some].min()), int(at[some].max()) + 1
+        for first, rows in file.chunks(table, columns, low, high):
+            yield some, {name: column[at[some] - first] for name, column in rows.items()}
+
+
+def _joined(parts: list[tuple[Array, Rows]], count: int) -> Rows:
+    """Rows from groups of them."""
+    out = {name: np.empty(count, column.dtype) for name, column in parts[0][1].items()}
+    for places, rows in parts:
+        for name, column in rows.items():
+            out[name][places] = column
+    return out
+
+
+# ---------------------------------------------------------------------- finding them
+def known(path: Path, study: Study) -> Known:
+    """What a database has of a study; refused where none of it could be the same row."""
+    plan = study.plan
+    with store.open_file(path) as file:
+        _check(file, study)
+        mapped = _mapped(file)
+        if mapped != plan.map:
+            word = "with" if mapped else "without"
+            raise InputError(f"{path} was computed {word} map = true and the study is not: its rows are other rows")
+        designs = _designs(plan)
+        runs, ratios = _runs(file, "points", ("advance_ratio",))
+        where = _where(designs, runs)
+        grids = {bits: i for i, bits in enumerate(dict.fromkeys(ratios))}
+        numbers = np.array([grids[bits] for bits in ratios], np.intp)
+        places = np.array([_places(plan, np.frombuffer(bits, "<f8")) for bits in grids])
+        if (file.rows("points") < POINTS) != (plan.points < POINTS):
+            where[:] = -1  # few points are computed another way, and have other last digits
+        first = np.where(where >= 0, runs["start"][where], -1)
+        limits = np.full((plan.designs, 2), -1, np.int64)
+        if plan.tolerances and "limits" in file.tables:
+            limits = _known_limits(file, plan, designs)
+    return Known(path, first, np.where(where >= 0, numbers[where], 0), places, limits)
+
+
+def _check(file: store.File, study: Study) -> None:
+    about = file.attributes
+    if int(about.get("engine_version", -1)) != ENGINE:
+        raise InputError(
+            f"{file.path} was computed by engine {about.get('engine_version')}, and this is {ENGINE}: its rows may "
+            "differ, so run the study anew, to another output"
+        )
+    try:
+        options = json.loads(about.get("options", ""))
+    except ValueError:
+        options = None
+    if options != study.plan.options:
+        raise InputError(
+            f"{file.path} was computed with other options of [compare], so that no row of it is one of this study: "
+            "choose another output"
+        )
+    if lost := [name for name in study.columns if name not in file.columns("points")]:
+        raise InputError(
+            f"{file.path} has no {', '.join(lost[:4])}, which the study stores: its rows cannot be taken, so name "
+            "fewer columns, or choose another output"
+        )
+
+
+def _mapped(file: store.File) -> bool:
+    """Whether a database is of maps, by the study that it keeps."""
+    try:
+        return bool(tomllib.loads(file.attributes["input"]).get("compare", {}).get("map", False))
+    except (KeyError, TypeError, AttributeError, tomllib.TOMLDecodeError):
+        raise InputError(
+            f"{file.path} is not of one study, as after floquet merge: --extend takes what floquet run has written"
+        ) from None
+
+
+def _designs(plan: Plan) -> Array:
+    """The bits of every design of a plan."""
+    values, hubs, blades = plan.parameters(np.arange(plan.designs))
+    return _bits({**values, "blades": blades, "hub": hubs})
+
+
+def _bits(rows: Mapping[str, Array]) -> Array:
+    columns = np.stack([np.asarray(rows[name], "<f8") for name in DESIGN], axis=1)
+    return np.ascontiguousarray(columns).view(f"V{columns.shape[1] * 8}").ravel()
+
+
+def _runs(file: store.File, table: str, beside: tuple[str, ...]) -> tuple[dict[str, Array], list[bytes]]:
+    """Designs as they follow one another: bits, first row, the one after the last; and what is beside them."""
+    starts: list[int] = []
+    bits: list[Array] = []
+    pieces: list[list[bytes]] = []
+    last = -1
+    for first, rows in file.chunks(table, ["rotor", *DESIGN, *beside]):
+        rotor = rows["rotor"]
+        begins = np.flatnonzero(np.diff(rotor, prepend=last))
+        last = int(rotor[-1])
+        joined = np.ascontiguousarray(np.stack([np.asarray(rows[name], "<f8") for name in beside], axis=1))
+        ends = [0, *(begins if not len(begins) or begins[0] else begins[1:]).tolist(), len(rotor)]
+        if len(begins) and begins[0] == 0:
+            pieces.append([])
+        for i, (a, b) in enumerate(pairwise(ends)):
+            if i:
+                pieces.append([])
+            pieces[-1].append(joined[a:b].tobytes())
+        starts += (first + begins).tolist()
+        bits.append(_bits({name: rows[name][begins] for name in DESIGN}))
+    start = np.array(starts, np.int64)
+    found = {
+        "bits": np.concatenate(bits) if bits else np.zeros(0, f"V{len(DESIGN) * 8}"),
+        "start": start,
+        "stop": np.append(start[1:], file.rows(table)),
+    }
+    return found, [b"".join(some) for some in pieces]
+
+
+def _where(designs: Array, runs: Mapping[str, Array]) -> NDArray[np.intp]:
+    """Which run is of a design, −1 for none."""
+    if not len(runs["bits"]):
+        return np.full(len(designs), -1)
+    numbers = {bits: i for i, bits in reversed(list(enumerate(runs["bits"].tolist())))}
+    return np.array([numbers.get(bits, -1) for bits in designs.tolist()], np.intp)
+
+
+def _places(plan: Plan, ratios: NDArray[np.float64]) -> NDArray[np.int64]:
+    """Where the plan's advance ratios are among those of a design, −1 for nowhere."""
+    wanted, there = plan.advance_ratio.astype("<f8").view("<i8"), ratios.view("<i8")
+    if plan.map:
+        return np.arange(len(wanted)) if np.array_equal(wanted, there) else np.full(len(wanted), -1)
+    numbers = {bits: i for i, bits in reversed(list(enumerate(there.tolist())))}
+    return np.array([numbers.get(bits, -1) for bits in wanted.tolist()], np.int64)
+
+
+def _known_limits(file: store.File, plan: Plan, designs: Array) -> NDArray[np.int64]:
+    runs, beside = _runs(file, "limits", ("metric", "tolerance", "mu_max"))
+    where = _where(designs, runs)
+    wanted = np.array([[metric, tolerance, plan.mu_max] for metric, tolerance in plan.tolerances], "<f8")
+    size, asked = wanted.nbytes, wanted.tobytes()
+    same = np.array([not len(bits) % size and bits == asked * (len(bits) // size) for bits in beside], bool)
+    spans = np.stack([runs["start"], runs["stop"]], axis=1)
+    good = (where >= 0) & same[where] if len(same) else np.zeros(len(where), bool)
+    return np.where(good[:, None], spans[where] if len(spans) else -1, -1)

@@ -1,0 +1,115 @@
+"""The faults of files and input: damage that HDF5 would see, the child that examines, verify, sizes without end."""
+
+from __future__ import annotations
+
+from tests.faults import ASKED, READING, SCHEMA, Mutant
+
+__all__ = ["FILES"]
+
+SEALED, SEAL, GUARD = "tests/test_seal.py", "floquet/store/seal.py", "floquet/store/guard.py"
+CHECKING = "floquet/checking.py"
+
+FILES: tuple[Mutant, ...] = (
+    Mutant("metadata unchecked", READING, "    if broken:\n", "    if False:\n", f"{SEALED} -k any_changed"),
+    Mutant(
+        "seal of the extents alone",
+        SEAL,
+        "total.update(file.read(min(PIECE, length - start)))",
+        "pass",
+        f"{SEALED} -k any_changed",
+    ),
+    Mutant(
+        "chunks that are not there sealed",
+        SEAL,
+        "np.append(0, taken.sum(axis=1))",
+        "np.append(0, taken[:, 0])",
+        f"{SEALED} -k covers_all",
+    ),
+    Mutant(
+        "extents unchecked", SEAL, "if not _in_order(extents, self.end):", "if False:", f"{SEALED} -k point_anywhere"
+    ),
+    Mutant(
+        "sums of extents overflow",
+        SEAL,
+        "if np.any(first > end) or np.any(length > end):",
+        "if False:",
+        f"{SEALED} -k point_anywhere",
+    ),
+    Mutant(
+        "files without a seal unexamined",
+        READING,
+        "if not seal.present and not examined:",
+        "if False:",
+        f"{SEALED} -k words_were",
+    ),
+    Mutant(
+        "words unexamined",
+        READING,
+        "        if not self._described():\n            raise",
+        "        if False:\n            raise",
+        f"{SEALED} -k words_were",
+    ),
+    Mutant("variables from elsewhere", READING, "!= self._name or", "== b'' or", f"{SEALED} -k stored_elsewhere"),
+    Mutant(
+        "numbers of rows unchecked",
+        READING,
+        "yield from self._misnumbered(table, beat)",
+        "pass",
+        f"{SEALED} -k numbered_wrongly",
+    ),
+    Mutant(
+        "a child is waited for without end", GUARD, "lines.get(timeout=patience)", "lines.get()", f"{SEALED} -k befalls"
+    ),
+    Mutant(
+        "a dead child found nothing",
+        GUARD,
+        "    if found is None:\n        raise DamageError",
+        "    if found is None:\n        return None\n        raise DamageError",
+        f"{SEALED} -k befalls",
+    ),
+    Mutant("a child takes all memory", GUARD, "    limit_memory()\n    try:", "    try:", f"{SEALED} -k befalls"),
+    Mutant("modules of the working folder", GUARD, '"-P", "-m"', '"-m"', f"{SEALED} -k no_module"),
+    Mutant("impossible values", SCHEMA, '"a value that is not possible"', '""', f"{SEALED} -k not_possible"),
+    Mutant(
+        "rows not compared", CHECKING, "again[name].tobytes() == value.tobytes()", "True", f"{SEALED} -k never_computed"
+    ),
+    Mutant("another engine is equal", CHECKING, "<= bound) for name", "<= 1.0) for name", f"{SEALED} -k held_against"),
+    Mutant(
+        "the same engine within bounds", CHECKING, "(mapped or engine != ENGINE) and", "", f"{SEALED} -k never_computed"
+    ),
+    Mutant(
+        "columns of a later release lost unsaid",
+        "floquet/study/merging.py",
+        "lost += sorted(",
+        "sorted(",
+        f"{SEALED} -k newer_minor",
+    ),
+    Mutant(
+        "studies of any size",
+        "floquet/studyfile.py",
+        "designs * ratios > MOST_POINTS",
+        "False",
+        f"{SEALED} -k no_machine",
+    ),
+    Mutant(
+        "grids of any size",
+        "floquet/studyfile.py",
+        "if designs > MOST_DESIGNS:",
+        "if False:",
+        f"{SEALED} -k no_machine",
+    ),
+    Mutant(
+        "keys of any depth",
+        "floquet/tomlfile.py",
+        "if dots > MOST_DOTS:",
+        "if False:",
+        "tests/test_tomlfile.py -k keys_without",
+    ),
+    Mutant(
+        "columns of any kind",
+        "floquet/query/__init__.py",
+        "if not isinstance(columns, Iterable):",
+        "if False:",
+        f"{ASKED} -k wrong_option",
+    ),
+)

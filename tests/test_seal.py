@@ -1,0 +1,344 @@
+"""Damaged metadata are noticed before HDF5 sees them; files without a seal are looked at by a child process."""
+
+from __future__ import annotations
+
+import json
+import lzma
+import os
+import shutil
+import struct
+import subprocess
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import h5py
+import numpy as np
+import pytest
+
+from floquet import checking, store, study
+from floquet.errors import DamageError, DatabaseError, InputError
+from floquet.query import open_database
+from floquet.store import digests, guard, reading, seal
+from floquet.studyfile import load_study
+
+EXAMPLES = sorted((Path(__file__).parent.parent / "data/reference").glob("schema-*.h5.xz"))
+STUDY = """
+[study]
+name = "seal"
+schema = 1
+[rotors]
+list = [{ name = "Bo 105", lock_number = 5.087, hinge_stiffness = 0.248 }, { lock_number = 8.0 }]
+[axes]
+advance_ratio = { start = 0.0, stop = 1.0, count = 12 }
+[compare]
+tolerances = []
+[output]
+columns = ["exponent_1", "exponent_2", "exponent_error", "verdict", "method"]
+"""
+
+
+@pytest.fixture(scope="module")
+def made(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("seal")
+    (folder / "seal.toml").write_text(STUDY, encoding="utf-8")
+    study.run(load_study(folder / "seal.toml"), folder / "seal.h5")
+    return folder / "seal.h5"
+
+
+@pytest.fixture
+def path(made: Path, tmp_path: Path) -> Path:
+    return Path(shutil.copy(made, tmp_path / "a.h5"))
+
+
+def metadata(path: Path) -> list[tuple[int, int]]:
+    """What the seal covers."""
+    with path.open("rb") as file:
+        found = seal.Seal(file)
+        file.seek(found.end)
+        return [tuple(pair) for pair in np.frombuffer(file.read(16 * found.count), "<u8").reshape(-1, 2).tolist()]
+
+
+def looked_at(path: Path, sample: int) -> dict[str, Any]:
+    """What the child of ``check`` does, here."""
+    return checking._look(str(path), sample, 0, lambda: None)
+
+
+def no_child(*_: object, **__: object) -> None:
+    raise AssertionError("a child was asked")
+
+
+def test_the_seal_covers_all_but_the_chunks(path: Path) -> None:
+    with h5py.File(path) as file:
+        chunks = seal.chunk_extents(file["points"].values())
+    covered = np.zeros(path.stat().st_size, int)
+    for first, length in (*metadata(path), *chunks):
+        covered[first : first + length] += 1
+    with path.open("rb") as file:
+        end = seal.Seal(file).end
+    assert (
+        np.all(covered[:end] == 1) and not covered[end:].any() and end + 16 * len(metadata(path)) + 48 == covered.size
+    )
+
+
+def test_any_changed_byte_of_the_metadata_is_damage_before_hdf5_looks(
+    path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(reading, "ask", no_child)
+    image, luck = path.read_bytes(), np.random.default_rng(1)
+    monkeypatch.setattr(reading.h5py, "File", no_child)
+    for first, length in metadata(path):
+        at = int(first + luck.integers(length))
+        path.write_bytes(image[:at] + bytes([image[at] ^ 1 << luck.integers(8)]) + image[at + 1 :])
+        with pytest.raises(DatabaseError, match=r"metadata|not an HDF5 file"):
+            store.open_file(path)
+    for at in range(len(image) - 48 - 16 * len(metadata(path)), len(image) - 16, 5):
+        path.write_bytes(image[:at] + bytes([image[at] ^ 0x80]) + image[at + 1 :])
+        with pytest.raises(DamageError, match="metadata"):
+            store.open_file(path)
+
+
+def test_extents_that_point_anywhere_are_damage(path: Path) -> None:
+    """Also where sums of them overflow."""
+    image = path.read_bytes()
+    with path.open("rb") as file:
+        end = seal.Seal(file).end
+    for pair in ((2**64 - 1, 1), (0, 2**64 - 1), (end, 1), (5, 0)):
+        path.write_bytes(image[: end + 16] + struct.pack("<QQ", *pair) + image[end + 32 :])
+        with pytest.raises(DamageError, match="metadata"):
+            store.open_file(path)
+
+
+def test_a_sealed_file_needs_no_child(path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(reading, "ask", no_child)
+    with store.open_file(path) as file:
+        assert file.sealed
+
+
+@pytest.mark.parametrize("program", ["hdf5", "grown", "footer"])
+def test_files_without_a_seal_are_examined_and_read(path: Path, program: str) -> None:
+    with open_database(path) as database:
+        expected = database.query(columns="*")
+    if program == "hdf5":
+        with h5py.File(path, "r+"):
+            pass  # it cuts off what is behind its end
+    else:
+        image = path.read_bytes()
+        path.write_bytes(image + b"\0" if program == "grown" else image[:-1])
+    with store.open_file(path) as file:
+        assert not file.sealed
+    with open_database(path) as database:
+        for name, values in database.query(columns="*").items():
+            assert values.tolist() == expected[name].tolist() or np.array_equal(values, expected[name], equal_nan=True)
+    assert not looked_at(path, 0)["sealed"]
+
+
+def test_a_file_without_a_seal_whose_words_were_changed_is_refused(path: Path) -> None:
+    with h5py.File(path, "r+") as file:
+        file.attrs["rotor_names"] = '["Puma", ""]'
+    with pytest.raises(DamageError, match="attributes and schema"):
+        open_database(path)
+
+
+def test_variables_that_are_stored_elsewhere_are_refused(path: Path, tmp_path: Path) -> None:
+    other = Path(shutil.copy(path, tmp_path / "other.h5"))
+    with h5py.File(path, "r+") as file:
+        del file["points/lock_number"]
+        file["points/lock_number"] = h5py.ExternalLink(str(other), "points/lock_number")
+        file.attrs["attributes_digest"] = digests.attributes_digest(file)
+    with pytest.raises(DamageError):
+        open_database(path)
+
+
+def test_rows_that_are_numbered_wrongly_are_noticed(path: Path) -> None:
+    with h5py.File(path, "r+") as file:
+        file["points/row"][3] = 4
+    assert store.verify(path) == ("points/row",)
+
+
+# ---------------------------------------------------------------------- the child
+CHILDREN = {
+    "dies": ("import os; os.abort()", r"crashed \(SIGABRT\)"),
+    "hangs": ("import time; time.sleep(20)", "hung"),
+    "fails": ("raise SystemExit(3)", r"failed \(exit status 3\)"),
+    "eats": ("from floquet.store import guard; guard.answer(lambda beat: [bytes(1 << 30) for _ in range(9)], 'x')",
+             "out of memory"),
+}  # fmt: skip
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="signals and limits are named as Linux has them")
+@pytest.mark.parametrize("what", CHILDREN)
+def test_whatever_befalls_the_child_is_a_sentence(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, what: str) -> None:
+    program, sentence = CHILDREN[what]
+    (tmp_path / "child_that_ends.py").write_text(program, encoding="utf-8")
+    monkeypatch.setenv("PYTHONPATH", str(tmp_path))
+    with pytest.raises(DamageError, match=f"x.h5: .*{sentence}"):
+        guard.ask("child_that_ends", "x.h5", patience=2.0 if what == "hangs" else 30.0)
+
+
+def test_a_child_that_gets_on_is_waited_for(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    program = (
+        "import time\nfor i in range(8):\n    print('null', flush=True)\n    time.sleep(0.4)\nprint('{\"answer\": 7}')"
+    )
+    (tmp_path / "child_that_works.py").write_text(program, encoding="utf-8")
+    monkeypatch.setenv("PYTHONPATH", str(tmp_path))
+    assert guard.ask("child_that_works", "x.h5", patience=2.5) == 7
+
+
+def test_the_child_takes_no_module_from_the_working_folder(path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    (path.parent / "h5py.py").write_text("raise SystemExit(9)", encoding="utf-8")
+    monkeypatch.chdir(path.parent)
+    assert checking.check("a.h5", sample=0).chunks > 0
+
+
+# ---------------------------------------------------------------------- check
+def test_rows_are_computed_again(path: Path) -> None:
+    found = checking.check(path, sample=7)
+    assert found.recomputed is not None and (found.recomputed.rows, found.recomputed.equal) == (7, 7)
+    assert str(found).endswith("7 rows computed again: 7 equal") and "its seal holds" in str(found)
+    assert checking.check(path, sample=0).recomputed is None
+    with pytest.raises(InputError, match="0 or more"):
+        checking.check(path, sample=-1)
+
+
+def changed(path: Path, out: Path, change: Callable[[dict[str, Any]], None], **attributes: Any) -> Path:
+    """A database of other numbers with right digests."""
+    with store.open_file(path) as file:
+        [(_, rows)] = file.chunks("points", list(file.columns("points")))
+        about = {**file.attributes, **attributes}
+    change(rows)
+    store.write(out, {"points": rows}, {k: v for k, v in about.items() if k != "attributes_digest"})
+    return out
+
+
+def test_a_number_that_was_never_computed_is_noticed(path: Path, tmp_path: Path) -> None:
+    def wrong(rows: dict[str, Any]) -> None:
+        rows["exponent_1"][5] += 1e-15
+
+    out = changed(path, tmp_path / "b.h5", wrong)
+    assert store.verify(out) == ()
+    with pytest.raises(DamageError, match="points row 5, computed again"):
+        looked_at(out, 100)
+
+
+@pytest.mark.parametrize(("size", "sound"), [(1e-15, True), (1e-6, False)])
+def test_another_engine_is_held_against_the_bounds(path: Path, tmp_path: Path, size: float, sound: bool) -> None:
+    def other(rows: dict[str, Any]) -> None:
+        rows["exponent_1"] += size
+
+    out = changed(path, tmp_path / "b.h5", other, engine_version=1)
+    if sound:
+        again = looked_at(out, 100)["recomputed"]
+        assert (again["rows"], again["equal"], again["within"], again["engine"]) == (24, 0, 24, 1)
+    else:
+        with pytest.raises(DamageError, match="computed again"):
+            looked_at(out, 100)
+
+
+@pytest.mark.parametrize(("column", "value"), [
+    ("lock_number", 0.0), ("advance_ratio", -0.1), ("advance_ratio", np.nan), ("hinge_offset", 1.0), ("blades", 0),
+    ("pitch_flap_coupling", np.inf), ("flap_frequency", 0.9),
+])  # fmt: skip
+def test_values_that_are_not_possible_are_noticed(path: Path, tmp_path: Path, column: str, value: float) -> None:
+    def wrong(rows: dict[str, Any]) -> None:
+        rows[column][2] = value
+
+    assert store.verify(changed(path, tmp_path / "b.h5", wrong)) == (f"points/{column} (a value that is not possible)",)
+
+
+# ---------------------------------------------------------------------- every schema that was released
+def unpacked(example: Path, folder: Path) -> tuple[Path, dict[str, Any]]:
+    """An example of a schema, and its numbers without HDF5."""
+    out = folder / example.stem
+    out.write_bytes(lzma.decompress(example.read_bytes()))
+    numbers = example.with_name(example.name.replace(".h5.", ".json."))
+    return out, json.loads(lzma.decompress(numbers.read_bytes()))
+
+
+def bits(values: Any) -> list[Any]:
+    if values.dtype.kind == "c":
+        return [bits(values.real), bits(values.imag)]
+    return [v.hex() if isinstance(v, float) else v for v in values.tolist()]
+
+
+def same(path: Path, document: dict[str, Any]) -> None:
+    with store.open_file(path) as file:
+        assert list(file.tables) == list(document["tables"]) and list(file.names) == document["names"]
+        assert file.attributes["study_id"] == document["study_id"]
+        for table, columns in document["tables"].items():
+            assert set(columns) <= set(file.columns(table))
+            [(_, rows)] = file.chunks(table, list(columns))
+            for name, values in columns.items():
+                assert bits(rows[name]) == values, name
+
+
+def test_there_is_an_example_of_the_present_schema_and_of_the_first() -> None:
+    names = {path.name.removeprefix("schema-").removesuffix(".h5.xz") for path in EXAMPLES}
+    assert {"1.0", "{}.{}".format(*store.SCHEMA)} <= names
+
+
+@pytest.mark.parametrize("example", EXAMPLES, ids=lambda path: path.name)
+def test_every_schema_is_read_value_by_value_and_renewed(example: Path, tmp_path: Path) -> None:
+    out, document = unpacked(example, tmp_path)
+    same(out, document)
+    assert store.verify(out) == ()
+    with open_database(out) as database:
+        assert len(database.query("rotor == 'Bo 105' and advance_ratio > 0.3")["rotor"]) == 4
+    assert study.merge([out], tmp_path / "new.h5") == {
+        "points": 12,
+        "limits": len(document["tables"]["limits"]["rotor"]),
+    }
+    same(tmp_path / "new.h5", document)
+    with store.open_file(tmp_path / "new.h5") as file:
+        assert file.sealed and file.attributes["schema_version"] == "{}.{}".format(*store.SCHEMA)
+        assert "from schema" in file.attributes["history"].split("\n")[-1]
+        assert file.attributes["input"] and file.data_digest() == store.data_digest(out)
+
+
+def test_columns_of_a_newer_minor_schema_are_passed_over(
+    path: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    known = dict(store.POINTS)
+    with store.open_file(path) as file:
+        [(_, rows)] = file.chunks("points", list(file.columns("points")))
+        attributes = {k: v for k, v in file.attributes.items() if k != "attributes_digest"}
+    monkeypatch.setitem(store.TABLES, "points", {**known, "torsion": store.Column("f8", "1", "of a later release")})
+    monkeypatch.setattr(store.writing, "SCHEMA", (store.SCHEMA[0], 99))
+    store.write(tmp_path / "b.h5", {"points": {**rows, "torsion": np.ones(24)}}, attributes)
+    monkeypatch.setitem(store.TABLES, "points", known)
+    assert store.verify(tmp_path / "b.h5") == ()
+    with store.open_file(tmp_path / "b.h5") as file:
+        assert file.attributes["schema_version"].endswith(".99") and "torsion" not in file.columns("points")
+        [(_, read)] = file.chunks("points", ["exponent_1"])
+        assert np.array_equal(read["exponent_1"], rows["exponent_1"])
+    with pytest.warns(UserWarning, match="torsion"):
+        study.merge([tmp_path / "b.h5"], tmp_path / "c.h5")
+
+
+@pytest.mark.parametrize("command", ["verify", "query", "export"])
+def test_every_command_ends_with_a_sentence_on_damaged_metadata(path: Path, command: str) -> None:
+    image = bytearray(path.read_bytes())
+    image[3000:3300] = os.urandom(300)
+    path.write_bytes(image[:-60])  # no seal, and no sound metadata
+    more = {"query": ("lock > 1",), "export": ("-o", "x.csv"), "verify": ()}[command]
+    environment = {**os.environ, "PYTHONPATH": str(Path(store.__file__).parents[2])}
+    asked = [sys.executable, "-m", "floquet", command, "a.h5", *more]
+    done = subprocess.run(asked, cwd=path.parent, text=True, capture_output=True, env=environment)
+    assert done.returncode in (1, 2) and "a.h5: " in done.stderr and "Traceback" not in done.stderr
+
+
+@pytest.mark.parametrize(("designs", "ratios", "sentence"), [
+    (4000 * 4000, 1, "has 16000000 designs, and the most is 10000000"),
+    (10**6, 10**6, "has 1000000 designs at 1000000 advance ratios, 1000000000000 points, and the most is 100000000000"),
+])  # fmt: skip
+def test_studies_that_no_machine_would_finish_are_refused(
+    tmp_path: Path, designs: int, ratios: int, sentence: str
+) -> None:
+    axis = f"{{ start = 0.1, stop = 0.9, count = {round(designs**0.5)} }}"
+    along = f"{{ start = 0.1, stop = 0.9, count = {ratios} }}"
+    grid = f"lock_number = {axis}, hinge_offset = {axis}"
+    text = f"[study]\nname = 'x'\n[rotors]\ngrid = {{ {grid} }}\n[axes]\nadvance_ratio = {along}\n"
+    (tmp_path / "s.toml").write_text(text, encoding="utf-8")
+    with pytest.raises(InputError, match=f"{sentence}: take fewer .* cut it into several studies"):
+        load_study(tmp_path / "s.toml")
