@@ -6,7 +6,7 @@
 #   make bench      speed and accuracy beside SciPy, heyoka, numbalsoda, diffrax (five minutes; installs them into .venv)
 #   make mutants    break the code on purpose: every break must fail a test
 #   make check-boundaries   locks of 10 000 random designs against a brute-force scan (ten to twenty minutes)
-#   make prove-storage      a hundred kills of runs and workers, also on Dask: the data stay the same (some minutes)
+#   make prove-storage      kills and failures at every call that writes, 500 kills at random: nothing is lost (half an hour)
 #   make prove-files        25 000 damaged databases: no wrong number, no crash, no hang (some tens of minutes)
 #   make prove-input        100 000 queries, 20 000 rotor and study files: right answers or sentences (some tens of minutes)
 #   make clean      remove .venv, results and caches

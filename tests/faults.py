@@ -587,7 +587,7 @@ storage = (
     Mutant("limits keep their designs' numbers", EXTENDING, "np.repeat(start + there, counts)",
            'np.asarray(taken["rotor"])', GROWN),
     Mutant("nothing copied", EXTENDING, "numbers.get(bits, -1) for bits in designs", "-1 for bits in designs", GROWN),
-    Mutant("what is there goes first", PACKING, "    if Path(out).exists() and not replace:\n",
+    Mutant("what is there goes first", PACKING, "    if out.exists() and not replace:\n",
            "    Path(out).unlink(missing_ok=True)\n    if False:\n", GROWN),
     Mutant("shards packed unchecked", READING, "!= stored[at].tobytes():", "!= stored[at].tobytes() and False:", KEPT),
     Mutant("stored chunks read unchecked", READING, "(found := digest(raw)) != stored[at].tobytes():",

@@ -9,7 +9,55 @@ __all__ = ["FILES"]
 SEALED, SEAL, GUARD = "tests/test_seal.py", "floquet/store/seal.py", "floquet/store/guard.py"
 CHECKING = "floquet/checking.py"
 
+STUDY, PROOFS = "tests/test_study.py", "tests/test_proofs.py"
+SHARED, DASK = "floquet/study/workers.py", "tests/test_cluster.py"
+
 FILES: tuple[Mutant, ...] = (
+    Mutant(
+        "parts left for good",
+        "floquet/study/running.py",
+        "        _clear(folder, study)\n",
+        "",
+        f"{STUDY} -k killed_run_left",
+    ),
+    Mutant(
+        "parts of others removed",
+        "floquet/study/running.py",
+        'journal_of(folder).get("study_id") == study.id',
+        "True",
+        f"{STUDY} -k killed_run_left",
+    ),
+    Mutant(
+        "half a merge left",
+        "floquet/study/merging.py",
+        "store.remove_leftovers(Path(out).parent, Path(out).name)",
+        "pass",
+        f"{PROOFS} -k merge",
+    ),
+    Mutant(
+        "shards written in place",
+        "floquet/store/files.py",
+        'temporary = path.with_name(f".{path.name}.{secrets.token_hex(8)}.tmp")',
+        "temporary = path",
+        f"{PROOFS} -k resume",
+    ),
+    Mutant("a failing disk unknown", "floquet/store/files.py", "errno.EIO: ", "-1: ", f"{PROOFS} -k pack"),
+    Mutant("lost shards forgotten", SHARED, "lost.append(futures[future])", "pass", f"{DASK} -k five_killed"),
+    Mutant(
+        "deadly shards arrived",
+        SHARED,
+        "_ended_there if died else",
+        "(lambda: shard.file) if died else",
+        f"{DASK} -k deadly",
+    ),
+    Mutant("any engine will do", SHARED, "if engine != ENGINE:", "if False:", f"{DASK} -k another_engine"),
+    Mutant(
+        "shards that nobody sees",
+        SHARED,
+        "if not appears(parts.folder / name):",
+        "if False:",
+        f"{DASK} -k see_the_folder",
+    ),
     Mutant("metadata unchecked", READING, "    if broken:\n", "    if False:\n", f"{SEALED} -k any_changed"),
     Mutant(
         "seal of the extents alone",

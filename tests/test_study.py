@@ -31,6 +31,7 @@ from floquet.errors import (
     InputError,
     ParameterError,
     QueryError,
+    StorageError,
 )
 from floquet.export import export
 from floquet.kernels import cores
@@ -525,6 +526,62 @@ def test_two_runs_of_one_study_do_not_meet(file: Path, tmp_path: Path) -> None:
         study.run(study.load_study(file), out)
 
 
+def test_parts_that_a_killed_run_left_beside_its_database_go(tiny: Path, tmp_path: Path) -> None:
+    """Those of the same study, told or already without their journal; another's stay."""
+    one, out = study.load_study(tiny), tmp_path / "out.h5"
+    study.run(one, out)
+    folder = study.parts_of(out)
+    for journal, stays in ((one.id, False), (None, False), ("of another", True)):
+        folder.mkdir()
+        (folder / "points-000000000000-000000000010.h5").write_bytes(b"a shard")
+        if journal:
+            (folder / "study.json").write_text(json.dumps({"study_id": journal}))
+        assert study.run(one, out, resume=True).computed == 0
+        assert folder.exists() == stays and store.verify(out) == ()
+
+
+@pytest.mark.parametrize("name", ["with two spaces/out 1.h5", "Läufe/μ=0.35 ∂.h5", "[a]*?.h5", "-o.h5", "'quoted\".h5"])
+def test_any_name_of_a_file_will_do(tiny: Path, tmp_path: Path, name: str) -> None:
+    """Run, resumed, merged and asked from another folder, nothing left behind."""
+    out = tmp_path / "there" / name
+    out.parent.mkdir(parents=True)
+    one = study.load_study(tiny)
+    study.run(one, out)
+    (out.parent / f".{out.name}.0123456789abcdef.tmp").write_bytes(b"half a merge, killed")
+    with pytest.MonkeyPatch.context() as patch:
+        patch.chdir(out.parent)
+        assert study.run(one, Path(out.name), resume=True).computed == 0
+        with open_database(Path(out.name)) as db:
+            assert len(db.query("advance_ratio < 0.1")["lock_number"]) == 60
+        study.merge([Path(out.name)], Path(f"2 {out.name}"))
+    assert {p.name for p in out.parent.iterdir()} - {f".{out.name}.0123456789abcdef.tmp"} == {out.name, f"2 {out.name}"}
+
+
+def test_an_output_behind_a_link_is_where_the_link_is(tiny: Path, tmp_path: Path) -> None:
+    (tmp_path / "disk").mkdir()
+    (tmp_path / "link").symlink_to(tmp_path / "disk", target_is_directory=True)
+    study.run(study.load_study(tiny), tmp_path / "link" / "out.h5")
+    assert [p.name for p in (tmp_path / "disk").iterdir()] == ["out.h5"]
+
+
+@pytest.mark.skipif(not os.path.isdir("/sys/kernel"), reason="no folder here that nobody may write to")
+def test_a_folder_that_may_not_be_written_to_is_one_sentence(tiny: Path) -> None:
+    with pytest.raises(StorageError, match=r"could not be written, because .*; what was saved before is untouched"):
+        study.run(study.load_study(tiny), "/sys/kernel/out.h5")
+
+
+def test_a_database_is_read_while_it_is_extended(tiny: Path, tmp_path: Path) -> None:
+    """A reader keeps what it has opened; who opens it later finds the new one."""
+    out = tmp_path / "out.h5"
+    study.run(study.load_study(tiny), out)
+    tiny.write_text(tiny.read_text().replace("count = 300", "count = 599"))
+    with open_database(out) as db:
+        study.run(study.load_study(tiny), out, extend=True)
+        assert len(db.query("advance_ratio < 0.1")["lock_number"]) == 60
+    with open_database(out) as db:
+        assert len(db.query("advance_ratio < 0.1")["lock_number"]) == 120
+
+
 @pytest.mark.usefixtures("quick")
 def test_a_failed_shard_does_not_stop_the_others(file: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     real = shards.TABLE_ROWS["points"]
@@ -586,7 +643,7 @@ def test_a_full_disk_in_a_worker_process_is_one_sentence(file: Path, tmp_path: P
 def _unpacked(file: Path, out: Path) -> Path:
     """The folder of a finished study whose packing did not come about."""
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(running, "pack", lambda *_: (_ for _ in ()).throw(KeyboardInterrupt))
+        patch.setattr(running, "pack", lambda *_, **__: (_ for _ in ()).throw(KeyboardInterrupt))
         with pytest.raises(KeyboardInterrupt):
             study.run(study.load_study(file), out)
     return study.parts_of(out)

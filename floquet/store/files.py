@@ -46,19 +46,25 @@ def _sync(path: Path) -> None:
 
 
 def _sync_folder(folder: Path) -> None:
-    """Make a rename durable, where folders can be synced."""
-    with contextlib.suppress(OSError, AttributeError):
+    """Make a rename durable, where folders can be synced; a disk that fails at it is an error."""
+    try:
         descriptor = os.open(folder, os.O_RDONLY)
-        try:
-            os.fsync(descriptor)
-        finally:
-            os.close(descriptor)
+    except OSError:
+        return
+    try:
+        os.fsync(descriptor)
+    except OSError as error:
+        if error.errno in (errno.EIO, errno.ENOSPC, errno.EDQUOT):
+            raise
+    finally:
+        os.close(descriptor)
 
 
 def write_failure(error: OSError) -> str:
     """Why a file could not be written, in a sentence."""
     reasons = {
         errno.ENOSPC: "the disk is full: free some space",
+        errno.EIO: "the disk failed (an input/output error): check its health, or write elsewhere",
         errno.EFBIG: "the file would pass the limit on file sizes: raise the limit or write elsewhere",
         errno.EDQUOT: "the disk quota is used up: free some space",
         errno.EACCES: "the folder may not be written to: choose another, or change its permissions",

@@ -188,7 +188,7 @@ class File:
         if (stored := self._stored[table]) is None:
             return self.variable(table, name, chunk)
         packed = self._checked(table, name, chunk, self._raw(table, name, chunk), stored)
-        dataset, there = self._datasets[table, name], self.rows(table) - chunk * schema.CHUNK_ROWS
+        dataset, there = self._datasets[table, name], self.rows(table) - chunk * self._chunk_rows[table]
         try:
             return unpack(packed.data, dataset.dtype.str, dataset.chunks[0])[:there]
         except ValueError as error:

@@ -99,7 +99,8 @@ def _copied(file: store.File, table: str, columns: list[str], at: NDArray[np.int
         some = np.flatnonzero((at >= chunk * size) & (at < (chunk + 1) * size))
         low, high = int(at[some].min()), int(at[some].max()) + 1
         for first, rows in file.chunks(table, columns, low, high):
-            yield some, {name: column[at[some] - first] for name, column in rows.items()}
+            here = some[(at[some] >= first) & (at[some] < first + len(rows["rotor"]))]
+            yield here, {name: column[at[here] - first] for name, column in rows.items()}
 
 
 def _joined(parts: list[tuple[Array, Rows]], count: int) -> Rows:

@@ -59,6 +59,7 @@ def merge(paths: Sequence[str | Path], out: str | Path) -> dict[str, int]:
             json.loads(first.attributes["options"]),
             text,
         )
+        store.remove_leftovers(Path(out).parent, Path(out).name)
         writers = stack.enter_context(store.create(out, rows, attributes, columns=columns))
         for table, writer in writers.items():
             for offset, file in zip(np.cumsum([0, *counts]), files, strict=False):

@@ -20,9 +20,9 @@ def pack(folder: str | Path, out: str | Path, *, replace: bool = False) -> dict[
 
     ``replace`` puts it in the place of what is there, when it is whole.
     """
-    folder = Path(folder)
+    folder, out = Path(folder), Path(out)
     journal = folder / "study.json"
-    if Path(out).exists() and not replace:
+    if out.exists() and not replace:
         raise InputError(f"{out} is there already: choose another name or move it away")
     if not journal.is_file():
         raise DatabaseError(
@@ -39,6 +39,7 @@ def pack(folder: str | Path, out: str | Path, *, replace: bool = False) -> dict[
         if isinstance(error, DatabaseError):
             raise
         raise DatabaseError(folder, DAMAGED_JOURNAL) from error
+    store.remove_leftovers(out.parent, out.name)
     everything = [s for group in shards.values() for s in group]
     missing = [s for s in everything if not (folder / s.file).exists()]
     if missing:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import shutil
 import time
 from collections.abc import Callable, Sequence
@@ -10,10 +11,10 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from .. import store
-from ..errors import InputError
+from ..errors import DatabaseError, InputError
 from ..studyfile import Study
 from .extending import known
-from .folder import locked, parts_of, same_columns
+from .folder import journal_of, locked, parts_of, same_columns
 from .packing import pack
 from .shards import Parts, Shard, all_shards, sizes_of, sound
 from .workers import compute
@@ -73,6 +74,7 @@ def run(
         raise InputError(f"{out} is not there to be extended: check the path, or run the study without --extend")
     if out.exists() and not (extend and _grown(out, study)):
         rows = _finished(out, study, resume or extend)
+        _clear(folder, study)
         return RunReport(
             path=out,
             points=rows.get("points", 0),
@@ -83,7 +85,6 @@ def run(
         )
     with locked(folder, study, resume) as sizes:
         store.remove_leftovers(folder)
-        store.remove_leftovers(out.parent, out.name)
         shards = all_shards(study.plan, sizes)
         parts = Parts(folder, study.id, study.columns, known(out, study) if extend else None)
         kept = {s for s in shards if (folder / s.file).exists() and sound(s, parts)}
@@ -136,6 +137,14 @@ def _finished(out: Path, study: Study, resume: bool) -> dict[str, int]:
             )
         same_columns(out, study, file.columns("points"))
         return {t: file.rows(t) for t in file.tables}
+
+
+def _clear(folder: Path, study: Study) -> None:
+    """Remove the parts of a finished study, where a run was killed before it had."""
+    journal = folder / "study.json"
+    with contextlib.suppress(DatabaseError):
+        if not journal.exists() or journal_of(folder).get("study_id") == study.id:
+            shutil.rmtree(folder, ignore_errors=True)
 
 
 def _counting(shards: Sequence[Shard], kept: set[Shard], progress: Progress | None) -> Callable[[Shard], None]:

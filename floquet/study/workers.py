@@ -95,7 +95,7 @@ def _handed_out(plan: Plan, parts: Parts, todo: Sequence[Shard], executor: Execu
         dead += died
         if dead > 1 and dead == len(todo) - len(lost) + dead:  # and nothing else came of the others
             raise FailedError(ALL_DIE)
-        yield shard, _given_up if died else functools.partial(_arrived, future, parts)
+        yield shard, _ended_there if died else functools.partial(_arrived, future, parts)
 
 
 def make_there(plan: Plan, shard: Shard, parts: Parts, engine: int) -> str:
@@ -170,6 +170,13 @@ def _alone(plan: Plan, parts: Parts, shard: Shard) -> Callable[[], str] | None:
                 raise error
             return future.result
     return None
+
+
+def _ended_there() -> str:
+    raise InputError(
+        "it ended every worker of the executor that it was given, perhaps for want of memory: give workers more, or "
+        "try it with --workers 1"
+    )
 
 
 def _given_up() -> str:
