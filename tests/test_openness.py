@@ -677,6 +677,12 @@ def test_medians_are_those_of_sorted_values(written: tuple[Path, dict[str, Array
         for median, name in ((lock, "lock"), (blades, "blades")):
             with np.errstate(all="ignore"):
                 assert median == np.nanmedian(columns[name][rows]), (hub, rotor, name)
+    cases = {(1, 2): 1.5, (3, 1, 2): 2, (1, np.nan): 1, (np.inf, 1, np.inf): np.inf, (np.nan,): np.nan, (4, 2, 1, 8): 3}
+    table = fake_points(sum(map(len, cases)))
+    table["lock"] = np.array([value for values in cases for value in values], float)
+    table["blades"] = np.repeat(np.arange(6, dtype="i2"), [len(values) for values in cases])
+    few = Database("x", FakeFile({"points": table}, chunk=4)).groups(by="blades", reduce="median(lock)")
+    np.testing.assert_array_equal(few["median(lock)"], list(cases.values()))
     with pytest.raises(ParameterError, match="verdict holds words, which have no order"):
         Database("x", FakeFile({"points": fake_points(9)})).groups(reduce="median(verdict)")
 
