@@ -38,7 +38,7 @@ Inputs of a rotor (controls, inflow, body motion) have names and units in :mod:`
 
 Reading order, which is the order in which data flow (nothing imports against it)::
 
-    errors, environment, tomlfile, rotorfile, rotor → verdict → periodic → models → kernels → collocation
+    errors, environment, plain, tomlfile, rotorfile, rotor → verdict → periodic → models → kernels → collocation
                             → period_map → passage → koopman → certify → exponents → modes → comparison
                             → sensitivity → tracking
                             → validity → response → decoupling

@@ -201,10 +201,10 @@ def show(style: str | None, records: Any, text: Callable[[], str], rows: Callabl
         answer(text())
 
 
-def answer(text: str) -> None:
+def answer(text: str, newline: bool = True) -> None:
     """Results go to stdout; a reader that has left wants no more of them, and click would call that a failure."""
     try:
-        click.echo(text)
+        click.echo(text, nl=newline)
     except BrokenPipeError:
         _abandon_output()
         raise click.exceptions.Exit(0) from None
@@ -525,9 +525,9 @@ def verify(file: str, sample: int, seed: int) -> int:
 @output_file
 @table_flag
 def export(database: str, output: str, table: str) -> None:
-    """A table of a database as .csv, .parquet or .nc.
+    """A table of a database as .csv, .json, .parquet or .nc.
 
-    The ending of the output decides.
+    The ending of the output decides; a file of that name is replaced.  floquet query writes some rows and columns.
     """
     from floquet.export import export as exported
 
@@ -543,38 +543,94 @@ def export(database: str, output: str, table: str) -> None:
     "--reduce",
     "reduced",
     multiple=True,
-    help="What a group is reduced to, separated by commas: min(limit), max(…), mean(…), first(…), count (left out).",
+    help="What a group is reduced to, separated by commas: min(limit), max(…), mean(…), median(…), first(…), or count "
+    "(left out).",
 )
 @click.option("--sort", help="Column to sort by.")
 @click.option("--descending", is_flag=True, help="Largest first.")
 @click.option("--limit", type=int, help="Number of rows.")
+@click.option(
+    "--at",
+    "places",
+    multiple=True,
+    metavar="NAME=NUMBER",
+    help="Values between the rows, at this advance_ratio and, of a grid of rotors, at these parameters.",
+)
+@click.option("-o", "--output", help="File to write: .csv, .json, .parquet or .nc (left out: the screen).")
 @output_flags
 def query(
     words: tuple[str, ...], style: str | None, columns: tuple[str, ...], by: tuple[str, ...], reduced: tuple[str, ...],
-    **choice: Any,
+    places: tuple[str, ...], output: str | None, **choice: Any,
 ) -> None:  # fmt: skip
     """Rows of a database for which an expression holds.
 
     The EXPRESSION is a comparison of columns, such as 'advance_ratio > 0.3 and lock_number < 6'.  With --by and
-    --reduce the rows are counted, or reduced to their least, largest, mean or first values, group by group.  Several
-    databases with the same columns are asked as one, which has a column file.
+    --reduce the rows are counted, or reduced to their least, largest, mean, median or first values, group by group.
+    Several databases with the same columns are asked as one, which has a column file.  With --at advance_ratio=0.333
+    the columns of one rotor are interpolated, with an estimate of the error; with --at lock_number=7.3 beside it those
+    of a design between rotors that are a grid.  docs/query.md has examples.
     """
-    from floquet import report
+    from floquet import export, report
     from floquet.query import open_database
-    from floquet.query.groups import described
 
     if columns and (by or reduced):
         raise ParameterError("columns", columns, "it names columns of rows, and --by and --reduce those of groups")
+    if output is not None:
+        export.checked_format(output)
+        if style is not None:
+            raise InputError(
+                f"--{style} is for the screen, and the ending of {output} says the format: give one of them"
+            )
     wanted = separated(columns)
     files, expression = files_and_expression(words)
     with open_database(files[0] if len(files) == 1 else files) as opened:
-        if by or reduced:
-            found = opened.groups(expression, by=by or None, reduce=reduced or "count", **choice)
+        if places:
+            _check_alone(places, {**choice, "by": by, "reduce": reduced, "output": output})
+            at: Any = numbers(places)
+            found = opened.at(expression, columns=wanted or None, **at)
+            records = report.interpolated_records(found)
+            show(style, records, lambda: report.table(list(records[0]), [list(r.values()) for r in records]))
+            return
+        asked = opened.answer(
+            expression, columns=wanted or None, by=by or None, reduce=reduced or ("count" if by else None), **choice
+        )
+        if output is not None:
+            say(f"wrote {export.write(asked, output)}")
+        elif style is None:
+            answer(report.answer_table(asked))
         else:
-            found = opened.query(expression, columns=wanted or None, **choice)
-        records = report.records(found, described(opened.columns(choice["table"]), list(found)))
-    text = functools.partial(report.table, list(found), [list(record.values()) for record in records])
-    show(style, records, text, names=report.header(found))
+            for block in export.text(asked, style):
+                answer(block, newline=False)
+
+
+def numbers(given: Sequence[str]) -> dict[str, float]:
+    """Settings such as advance_ratio=0.3: an advance ratio, and parameters of a design."""
+    from floquet.query.grid import checked_design
+
+    out: dict[str, float] = {}
+    for text in given:
+        name, _, value = (part.strip() for part in text.partition("="))
+        try:
+            number = float(value)
+        except ValueError:
+            raise ParameterError(
+                "at", text, f"{text!r} was given; it is a name and a number, as in --at advance_ratio=0.3"
+            ) from None
+        if name in out:
+            raise ParameterError("at", text, f"{name} is given twice")
+        out[name.replace("-", "_")] = number
+    if "advance_ratio" not in out:
+        raise ParameterError("at", given, "no advance ratio was given: add --at advance_ratio=0.3")
+    return {"advance_ratio": out.pop("advance_ratio"), **checked_design(out)}
+
+
+def _check_alone(places: Sequence[str], others: Mapping[str, Any]) -> None:
+    """Values between rows are of one design: nothing is sorted, grouped or written."""
+    used = [name for name, value in others.items() if value and (name, value) != ("table", "points")]
+    if used:
+        raise InputError(
+            f"--at {places[0]} gives the values of one design between the rows of points: leave {flag(used[0])} out"
+        )
 
 
 def files_and_expression(words: Sequence[str]) -> tuple[list[str], str]:

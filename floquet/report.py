@@ -26,19 +26,22 @@ from floquet.comparison import Cause, Comparison, Metric, ModeComparison, Rule
 from floquet.errors import ParameterError
 from floquet.exponents import Reason, Verdict
 from floquet.period_map import Method
+from floquet.plain import strict, words
 from floquet.rotor import PARAMETERS, Hub, Rotor
 from floquet.validity import Limit
 
 if TYPE_CHECKING:
     from floquet.exponents import Stability
+    from floquet.export import Answer
     from floquet.query import Database
+    from floquet.query.between import Interpolated
     from floquet.study import Estimate, RunReport
 
 __all__ = [
-    "NO_INFLOW", "Record", "amount", "analysis", "analysis_rows", "analysis_text", "as_csv", "as_json", "estimate_text",
-    "fields", "header", "intervals_text", "limit_records", "limit_table", "markdown", "number", "per_rev", "records",
-    "rotor_object", "rotor_records", "rotor_text", "run_text", "stored_limits", "table", "title", "tolerance_text",
-    "worded",
+    "NO_INFLOW", "Record", "amount", "analysis", "analysis_rows", "analysis_text", "answer_table", "as_csv", "as_json",
+    "estimate_text", "fields", "interpolated_records", "intervals_text", "limit_records", "limit_table", "markdown",
+    "number", "per_rev", "rotor_object", "rotor_records", "rotor_text", "run_text", "stored_limits", "table", "title",
+    "tolerance_text",
 ]  # fmt: skip
 
 Record = dict[str, Any]
@@ -76,17 +79,13 @@ def plain(value: Any) -> Any:
         return str(value)
     if isinstance(value, np.ndarray | np.generic):
         return plain(value.tolist())
-    if isinstance(value, complex):
-        return [plain(value.real), plain(value.imag)]
-    if isinstance(value, float) and not math.isfinite(value):
-        return None if math.isnan(value) else "inf" if value > 0 else "-inf"
     if dataclasses.is_dataclass(value) and not isinstance(value, type):
         return {f.name: plain(_word(f.name, getattr(value, f.name))) for f in dataclasses.fields(value)}
     if isinstance(value, Mapping):
         return {str(key): plain(_word(key, entry)) for key, entry in value.items()}
     if isinstance(value, Sequence) and not isinstance(value, str):
         return [plain(entry) for entry in value]
-    return value
+    return strict(value)
 
 
 def _word(name: str, value: Any) -> Any:
@@ -395,7 +394,9 @@ def tolerance_text(record: Mapping[str, Any]) -> str:
 
 def stored_limits(database: Database, *, tolerance: float, metric: str, modes: Sequence[str] = ()) -> list[Record]:
     """The rows of a database's ``limits`` table at one tolerance, as the records of ``limit_records``."""
-    rows = worded(database.limits(f'metric == "{metric}"', columns="*"), database.columns("limits"))
+    columns = database.columns("limits")
+    found = database.limits(f'metric == "{metric}"', columns="*")
+    rows = {n: words(values, columns[n].flags if n in columns else None) for n, values in found.items()}
     about = ("blades", "lock_number", "flap_frequency")
     names = [f.name for f in dataclasses.fields(Limit) if f.name != "intervals"]
     out = []
@@ -412,16 +413,16 @@ def stored_limits(database: Database, *, tolerance: float, metric: str, modes: S
     return [r for r in out if r["tolerance"] == tolerance and (not modes or r["mode"] in modes)]
 
 
-def records(rows: Mapping[str, Any], columns: Mapping[str, Any]) -> list[Record]:
-    """The answer of a query, a record a row."""
-    lists = worded(rows, columns)
-    return [dict(zip(lists, row, strict=True)) for row in zip(*lists.values(), strict=True)]
+def answer_table(answer: Answer) -> str:
+    """What a query found as aligned text."""
+    columns = answer.columns
+    pieces = ([words(piece[name], column.flags) for name, column in columns.items()] for piece in answer.pieces)
+    return table(list(columns), [row for lists in pieces for row in zip(*lists, strict=True)])
 
 
-def header(rows: Mapping[str, Any]) -> list[str]:
-    """The columns of a query's answer as CSV has them: complex ones in two parts."""
-    parts = [[f"{name}_re", f"{name}_im"] if np.iscomplexobj(values) else [name] for name, values in rows.items()]
-    return [name for part in parts for name in part]
+def interpolated_records(found: Interpolated) -> list[Record]:
+    """Values between rows, a record a column."""
+    return [{"column": name, "value": v, "error": found.errors[name]} for name, v in found.values.items()]
 
 
 def fields(result: Any) -> Record:
@@ -444,12 +445,3 @@ def run_text(finished: RunReport) -> str:
         return f"{finished.path} is this study already, finished: {finished.points} points"
     points = f"{finished.points} points" + (f" ({finished.copied} copied)" if finished.copied else "")
     return f"{finished.path}: {points}, {finished.limits} limits; {parts}, {finished.seconds:.1f} s"
-
-
-def worded(rows: Mapping[str, Any], columns: Mapping[str, Any]) -> dict[str, list[Any]]:
-    """Columns of a database as lists, flags as their words."""
-    out: dict[str, list[Any]] = {}
-    for name, values in rows.items():
-        flags = columns[name].flags if name in columns else None
-        out[name] = [flags.get(value, value) for value in values.tolist()] if flags else values.tolist()
-    return out

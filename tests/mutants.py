@@ -21,11 +21,12 @@ sys.path.insert(0, str(ROOT))
 from tests.faults import FAULTS, Mutant  # noqa: E402
 from tests.faults_files import FILES  # noqa: E402
 from tests.faults_modes import MODES  # noqa: E402
+from tests.faults_query import QUERIES  # noqa: E402
 
 LEFT_OUT = shutil.ignore_patterns(".git", ".venv", "results", "__pycache__", ".*_cache", ".hypothesis", "dist", "build")
 
 
-CLI, REPORT, JUDGED = "floquet/cli.py", "floquet/report.py", "floquet/judgement.py"
+CLI, REPORT, JUDGED, JSON = "floquet/cli.py", "floquet/report.py", "floquet/judgement.py", "floquet/plain.py"
 LAYERS, ASKED = "tests/test_layers.py", "tests/test_cli.py"
 AT_EDGES, DRAWN = "floquet/plot/at_edges.py", "tests/test_plot.py -k errors"
 OTHERS: tuple[Mutant, ...] = (
@@ -43,9 +44,9 @@ OTHERS: tuple[Mutant, ...] = (
     Mutant("closed pipe fails", CLI, "raise click.exceptions.Exit(0)", "raise click.exceptions.Exit(1)", ASKED),
     Mutant("talk every 100 s", CLI, "- last >= 10.0", "- last >= 100.0", ASKED),
     Mutant(
-        "nan in JSON", REPORT, "return None if math.isnan(value) else", "return value if math.isnan(value) else", ASKED
+        "nan in JSON", JSON, "return None if math.isnan(value) else", "return value if math.isnan(value) else", ASKED
     ),
-    Mutant("inf is null", REPORT, '"inf" if value > 0', "None if value > 0", ASKED),
+    Mutant("inf is null", JSON, '"inf" if value > 0', "None if value > 0", ASKED),
     Mutant("doubling for halving", REPORT, "-math.log(2.0) / (sigma", "math.log(2.0) / (sigma", ASKED),
     Mutant("the mean decays", REPORT, "math.nan if mode.rule == Rule.MEAN else", "", ASKED),
     Mutant("Hz without 2π", REPORT, "rotor_speed / math.tau for s", "rotor_speed for s", ASKED),
@@ -103,7 +104,7 @@ OTHERS: tuple[Mutant, ...] = (
     Mutant("another tolerance's limits", REPORT, 'if r["tolerance"] == tolerance and', "if", ASKED),
     Mutant("inflow not mentioned", REPORT, "{LEGEND}\\n{NO_INFLOW}", "{LEGEND}", ASKED),
 )
-MUTANTS = (*FAULTS, *MODES, *FILES, *OTHERS)
+MUTANTS = (*FAULTS, *MODES, *FILES, *QUERIES, *OTHERS)
 
 
 def run(tree: Path, tests: str) -> subprocess.CompletedProcess[str]:

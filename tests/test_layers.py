@@ -14,10 +14,11 @@ import floquet
 
 PACKAGE = Path(floquet.__file__).parent
 ORDER = (
-    "errors", "environment", "tomlfile", "rotorfile", "rotor", "verdict", "tape", "periodic", "models", "kernels",
-    "collocation", "period_map", "passage", "koopman", "certify", "exponents", "modes", "comparison", "sensitivity",
-    "tracking", "validity", "response", "decoupling", "sweep", "families", "chunks", "store", "studyfile", "cluster",
-    "study", "checking", "export", "query", "plot", "report", "judgement", "exhibits", "cli", "__main__",
+    "errors", "environment", "plain", "tomlfile", "rotorfile", "rotor", "verdict", "tape", "periodic", "models",
+    "kernels", "collocation", "period_map", "passage", "koopman", "certify", "exponents", "modes", "comparison",
+    "sensitivity", "tracking", "validity", "response", "decoupling", "sweep", "families", "chunks", "store",
+    "studyfile", "cluster", "study", "checking", "export", "query", "plot", "report", "judgement", "exhibits", "cli",
+    "__main__",
 )  # fmt: skip
 HOMES = {
     "h5py": "store", "matplotlib": "plot", "click": "cli", "rich": "cli", "numba": "kernels", "lark": "query",

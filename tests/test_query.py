@@ -965,7 +965,7 @@ def test_the_wrong_group_is_named(db: Database) -> None:
         ({"by": 3}, "by: 3 was given; it is a text, or several"),
         ({"reduce": ""}, "reduce: nothing is asked for; name reductions, as in min(limit), count"),
         ({"reduce": [3]}, "reduce: [3] was given"),
-        ({"reduce": "sum(lock)"}, "reduce: 'sum' is none of min, max, mean, count, first, as in min(limit)"),
+        ({"reduce": "sum(lock)"}, "reduce: 'sum' is none of min, max, mean, median, count, first, as in min(limit)"),
         ({"reduce": "men(lock)"}, "did you mean 'mean'?"),
         ({"reduce": "min"}, "reduce: min is of a column, as in min(limit)"),
         ({"reduce": "min(lock"}, "reduce: 'min(lock' is no reduction, as in min(limit), count"),

@@ -15,7 +15,7 @@ offsets) the error was larger than estimated in 2 %, all within five rows of an 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -35,8 +35,10 @@ SAME = 1e-15  # 0.3 is the row at 3 × 0.1
 class Interpolated:
     """Columns of one design at an advance ratio: ``values``, and by the same names ``errors``, which are estimates.
 
-    ``rows`` are the advance ratios of the rows that were taken. Where a row has no number the value is nan and the
-    error inf; at the advance ratio of a row the values are those of the row and the errors 0.
+    ``rows`` are the advance ratios of the rows that were taken. Of a design between rotors ``design`` has the numbers
+    that were asked for and ``nodes`` the rotors' values that were taken; it has no rotor, which is −1. Where a row has
+    no number the value is nan and the error inf; at the advance ratio of a row the values are those of the row and the
+    errors 0.
     """
 
     advance_ratio: float
@@ -45,6 +47,8 @@ class Interpolated:
     rows: tuple[float, ...]
     values: Mapping[str, Any]
     errors: Mapping[str, float]
+    design: Mapping[str, float] = field(default_factory=dict)
+    nodes: Mapping[str, tuple[float, ...]] = field(default_factory=dict)
 
 
 def wanted(columns: Sequence[str] | None, present: Mapping[str, Column], scope: Scope) -> list[str]:
@@ -128,9 +132,8 @@ def _run(x: Array, kinds: Rows, present: Mapping[str, Column], mu: float) -> tup
     changes = {name: np.flatnonzero(_changes(name, kinds)) for name in kinds}  # between row i and row i + 1
     for name, places in changes.items():
         if above - 1 in places:
-            raise ParameterError(
-                MU, mu, _refusal(name, kinds[name][above - 1 : above + 1], present, x[above - 1], x[above])
-            )
+            where = f"between the rows {x[above - 1]:g} and {x[above]:g}"
+            raise ParameterError(MU, mu, refusal(name, kinds[name][above - 1 : above + 1].tolist(), present, where))
     places = np.unique(np.concatenate(list(changes.values())))
     low, high = places[places < above - 1], places[places > above - 1]
     return (int(low[-1]) + 1 if low.size else 0), (int(high[0]) if high.size else x.size - 1)
@@ -145,16 +148,16 @@ def _changes(name: str, kinds: Rows) -> Array:
     return (values[1:] != values[:-1]) & ~(np.isnan(values[1:]) & np.isnan(values[:-1]))
 
 
-def _refusal(name: str, values: Array, present: Mapping[str, Column], low: float, high: float) -> str:
-    where = f"between the rows {low:g} and {high:g}"
+def refusal(name: str, values: Sequence[Any], present: Mapping[str, Column], where: str) -> str:
+    """Why there is no polynomial where a kind changes from the one of the values to the other."""
     way_out = "compute there, or run the study with more advance ratios"
     if name == LOCK:
-        a, b = (f"the lock at {v:g}" if v == v else "no lock" for v in values.tolist())
+        a, b = (f"the lock at {v:g}" if v == v else "no lock" for v in values)
         return f"there is an edge of a lock {where} ({a}, {b}), where exponents have a square root; {way_out}"
     if name == ROTATION:
         return f"a lock lies {where} (the rotation number goes from {values[0]:g} to {values[1]:g}); {way_out}"
     flags = present[name].flags or {}
-    a, b = (flags.get(v, str(v)) for v in values.tolist())
+    a, b = (flags.get(int(v), str(v)) for v in values)
     others = f"name columns of other modes than {_mode(name)}, or {way_out}"
     return f"the kind of pair changes {where} ({name} is {a}, then {b}); {others}"
 
@@ -163,12 +166,12 @@ def _polynomial(x: Array, y: Array, mu: float) -> tuple[Any, float]:
     """Value and error at μ from rows in the order of their distance."""
     if (y == y[0]).all():
         return y[0].item(), 0.0
-    best, less, least = ((_weights(x[:k], mu) @ y[:k]).item() for k in (x.size, x.size - 1, x.size - 2))
+    best, less, least = ((weights(x[:k], mu) @ y[:k]).item() for k in (x.size, x.size - 1, x.size - 2))
     error = max(abs(best - less), abs(less - least))
     return best, float(error) if np.isfinite(best) and np.isfinite(error) else float("inf")
 
 
-def _weights(x: Array, mu: float) -> Array:
+def weights(x: Array, mu: float) -> Array:
     others = ~np.eye(x.size, dtype=bool)
     factors = np.divide(mu - x[None, :], x[:, None] - x[None, :], where=others, out=np.ones((x.size, x.size)))
     return factors.prod(axis=1)

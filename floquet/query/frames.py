@@ -20,13 +20,13 @@ from typing import Any
 import numpy as np
 
 from floquet.errors import InputError
-from floquet.query.language import FILE, ROTOR, ROTOR_NAME, Array, Column, Rows
+from floquet.query.language import FILE, ROTOR, Array, Column, Rows
+from floquet.query.meanings import meaning
 from floquet.rotor import PARAMETERS
 
 ROW = "row"
 DERIVED = "offset_mass_ratio"
 DESIGN = (*(p.name for p in PARAMETERS if p.name != DERIVED), "blades", "hub")
-PARTS = {"re": "real part", "im": "imaginary part"}
 OTHERS = ("mode", "metric", "tolerance", "advance_ratio")
 
 
@@ -54,7 +54,7 @@ def axes(rows: Rows) -> tuple[str, ...]:
     files = [FILE] if FILE in varying else []
     for names in ([*files, *design], [*files, *design, *derived], design, [*design, *derived], [ROTOR]):
         chosen = tuple(name for name in (*names, *others) if name in rows)
-        if chosen and _is_grid(rows, chosen):
+        if chosen and is_grid(rows, chosen):
             return chosen
     return ()
 
@@ -66,7 +66,8 @@ def _places(rows: Rows, names: Sequence[str]) -> tuple[tuple[int, ...], Array]:
     return shape, np.ravel_multi_index(places, shape) if math.prod(shape) == places[0].size else np.zeros(0, int)
 
 
-def _is_grid(rows: Rows, names: Sequence[str]) -> bool:
+def is_grid(rows: Rows, names: Sequence[str]) -> bool:
+    """Whether rows are every combination of the values of some columns, once each."""
     shape, index = _places(rows, names)
     return index.size > 0 and np.unique(index).size == math.prod(shape)
 
@@ -101,7 +102,8 @@ def to_xarray(found: Rows, wanted: Sequence[str], columns: Mapping[str, Column],
     for name in names:
         labels, flags = np.unique(found[name]), columns[name].flags
         words = np.array([flags.get(v, str(v)) for v in labels.tolist()]) if flags else labels
-        coordinates[name] = (name, words, _meaning(name, columns))
+        about = _attrs(name, labels, columns)
+        coordinates[name] = (name, words, {key: about[key] for key in ("units", "long_name")})
     variables = {
         name: (dims, found[name][order].reshape(shape), _attrs(name, found[name], columns))
         for name in wanted
@@ -114,19 +116,11 @@ def _about(attributes: Mapping[str, Any]) -> dict[str, Any]:
     return {name: attributes[name] for name in ("title", "history", "source", "study_id") if name in attributes}
 
 
-def _meaning(name: str, columns: Mapping[str, Column]) -> dict[str, Any]:
-    """Units and long name of a column or of a part of a complex one."""
-    whole, _, part = name.rpartition("_")
-    if name in columns:
-        return {"units": columns[name].units, "long_name": columns[name].long_name}
-    if whole in columns and part in PARTS:
-        return {"units": columns[whole].units, "long_name": f"{columns[whole].long_name}, {PARTS[part]}"}
-    return {"long_name": "name of the rotor"} if name == ROTOR_NAME else {}
-
-
 def _attrs(name: str, values: Array, columns: Mapping[str, Column]) -> dict[str, Any]:
-    flags = columns[name].flags if name in columns else None
-    if not flags:
-        return _meaning(name, columns)
-    words = " ".join("_".join(word.split()) for word in flags.values())
-    return _meaning(name, columns) | {"flag_values": np.array(list(flags), values.dtype), "flag_meanings": words}
+    """Units and long name, and of flags what CF says of them."""
+    of = meaning(name, values.dtype, columns)
+    attrs: dict[str, Any] = ({"units": of.units} if of.units else {}) | {"long_name": of.long_name}
+    if not of.flags:
+        return attrs
+    words = " ".join("_".join(word.split()) for word in of.flags.values())
+    return attrs | {"flag_values": np.array(list(of.flags), values.dtype), "flag_meanings": words}

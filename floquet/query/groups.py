@@ -1,10 +1,13 @@
-"""Rows → one row a group: min, max, mean, count and first, from chunks one by one; memory goes by the number of groups.
+"""Rows → one row a group: min, max, mean, median, count and first, from chunks one by one.
+
+Memory goes by the number of groups, and for a median by the number of rows: it keeps its column.
 
 A group is the rows with equal values in some columns: −0 is 0, and nan is one value. Each reduction folds a chunk's
 values v into one number s a group, with nan for "no value here"::
 
     min      s ← fmin(s, v)             max      s ← fmax(s, v)          (nan passed over; nan where all are)
     mean     (s, n) ← (s + Σv, n + 1)   s / n    over the rows where v is not nan
+    median   s ← s, v                   of s sorted the middle one, or the mean of the two; nan passed over
     count    s ← s + 1                  over all rows; of a column, over the rows where it is not nan
     first    s ← v of the first row of the group in file order, whatever it is
 """
@@ -21,7 +24,7 @@ import numpy as np
 from floquet.errors import ParameterError, QueryError, did_you_mean
 from floquet.query.language import ROTOR, ROTOR_NAME, Array, Column, Rows, Scope, short
 
-REDUCTIONS = ("min", "max", "mean", "count", "first")
+REDUCTIONS = ("min", "max", "mean", "median", "count", "first")
 _WRITTEN = re.compile(r"\s*(\w+)\s*(?:\(\s*(\w*)\s*\)\s*)?")
 
 
@@ -51,7 +54,11 @@ class Reduction:
             raise ParameterError("reduce", text, f"{kind} is of a column, as in {kind}(limit)")
         if column and not (kind == "first" and column in columns):
             _checked("reduce", column, scope)
-        if kind in ("min", "max", "mean") and column in columns and (columns[column].flags or column == ROTOR):
+        if (
+            kind in ("min", "max", "mean", "median")
+            and column in columns
+            and (columns[column].flags or column == ROTOR)
+        ):
             what = "numbers rotors" if column == ROTOR else "holds words"
             raise ParameterError("reduce", text, f"{column} {what}, which have no order; take first({column}) or count")
         return cls(kind=kind, column=column)
@@ -83,12 +90,6 @@ def keys(given: object, scope: Scope) -> tuple[str, ...]:
     if not named:
         raise ParameterError("by", given, "no column is named; name some, or leave it out for one group of all rows")
     return tuple(dict.fromkeys(_checked("by", name, scope) for name in named))
-
-
-def described(columns: Mapping[str, Column], names: Sequence[str]) -> dict[str, Column]:
-    """The columns, and what those of an answer that are of one kind with them are: first(verdict) has its words."""
-    whole = {name: name.removeprefix("first(").removesuffix(")") for name in names}
-    return {**columns, **{name: columns[column] for name, column in whole.items() if column in columns}}
 
 
 def _texts(option: str, given: object) -> list[str]:
@@ -176,6 +177,38 @@ class _Mean:
             return self._sum / self._count
 
 
+class _Median:
+    """Keeps the values: a median needs them all."""
+
+    def __init__(self, dtype: np.dtype[Any] | None) -> None:
+        self._groups: list[Array] = []
+        self._values: list[Array] = []
+        self._count = 0
+
+    def grow(self, groups: int) -> None:
+        self._count = groups
+
+    def add(self, group: Array, values: Array) -> None:
+        known = ~np.isnan(values)
+        kept = np.int32 if self._count < 2**31 else np.int64
+        self._groups.append(group[known].astype(kept))
+        self._values.append(np.array(values[known]))
+
+    def result(self) -> Array:
+        if not self._values:
+            return np.empty(0)
+        group, values = np.concatenate(self._groups), np.concatenate(self._values).astype(float)
+        values = values[np.lexsort((values, group))]
+        size = np.bincount(group, minlength=self._count)
+        first = np.cumsum(size) - size
+        out = np.full(self._count, np.nan)
+        some = size > 0
+        low, high = (values[(first + (size - odd) // 2)[some]] for odd in (1, 0))
+        with np.errstate(all="ignore"):
+            out[some] = np.where(low == high, low, (low + high) / 2)
+        return out
+
+
 class _Count:
     def __init__(self, dtype: np.dtype[Any] | None) -> None:
         self._count = np.empty(0, dtype=np.int64)
@@ -215,6 +248,7 @@ _FOLDS: dict[str, Callable[[np.dtype[Any] | None], Any]] = {
     "min": lambda dtype: _Extreme(np.fmin, dtype),
     "max": lambda dtype: _Extreme(np.fmax, dtype),
     "mean": _Mean,
+    "median": _Median,
     "count": _Count,
     "first": _First,
 }

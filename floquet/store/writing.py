@@ -51,8 +51,9 @@ def create(
 ) -> Iterator[dict[str, TableWriter]]:
     """A new file of tables with so many rows each, to be filled through writers in row order.
 
-    ``columns`` says which columns a table has (left out: all).  The variables of the table ``root`` stand at the root
-    of the file, not in a group: so other programs expect them.
+    ``columns`` says which columns a table has (left out: all), by their names or, for a table that is not of the
+    schema, as a mapping of columns.  The variables of the table ``root`` stand at the root of the file, not in a group:
+    so other programs expect them.
     """
     with atomic(path) as temporary, Sink(temporary) as sink:
         with h5py.File(sink, "w", libver=("v108", "v108"), track_order=True) as file:
@@ -64,8 +65,9 @@ def create(
             writers = {}
             for table, rows in lengths.items():
                 group = file if table == root else file.create_group(table, track_order=True)
-                kept = (columns or {}).get(table, TABLES[table])
-                writers[table] = TableWriter(group, table, rows, kept, names, sink.check)
+                kept = (columns or {}).get(table) or TABLES[table]
+                whole = kept if isinstance(kept, Mapping) else {n: c for n, c in TABLES[table].items() if n in kept}
+                writers[table] = TableWriter(group, table, rows, whole, names, sink.check)
             yield writers
             for writer in writers.values():
                 writer.finish()
@@ -84,12 +86,12 @@ class TableWriter:
         group: h5py.Group,
         table: str,
         rows: int,
-        columns: Collection[str],
+        columns: Mapping[str, Column],
         rotor_names: str = "[]",
         check: Callable[[], None] = lambda: None,
     ) -> None:
         self.group, self.table, self.rows, self.check = group, table, rows, check
-        self.columns = {name: column for name, column in TABLES[table].items() if name in columns}
+        self.columns = dict(columns)
         self.variables = stored_variables(self.columns)
         self.numbers = {name: i for i, name in enumerate(self.variables)}
         self.at = self.kept = 0  # rows that are written, rows that wait
@@ -124,7 +126,7 @@ class TableWriter:
             parts = {f"{name}_re": value.real, f"{name}_im": value.imag} if column.dtype == "c16" else {name: value}
             for variable, part in parts.items():
                 self.waiting[variable].append(part)
-        self.kept = sum(map(len, self.waiting["rotor"]))
+        self.kept = sum(map(len, next(iter(self.waiting.values()))))
         last = self.at + self.kept == self.rows
         self._flush(self.kept if last else self.kept // schema.CHUNK_ROWS * schema.CHUNK_ROWS)
 

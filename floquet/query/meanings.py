@@ -1,0 +1,52 @@
+"""What a column of an answer is: its type, units and meaning, and the words of its flags.
+
+A column of the table is what the file says; a part of a complex one, a reduction of a group and the rotors' names are
+what they are of.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from floquet.query.language import ROTOR_NAME, Column
+
+PARTS = {"re": "real part", "im": "imaginary part"}
+REDUCED = {
+    "min": "least: ",
+    "max": "greatest: ",
+    "mean": "mean: ",
+    "median": "median: ",
+    "first": "of the first row: ",
+    "count": "number of rows with a value: ",
+}
+_REDUCTION = re.compile(r"(\w+)\((\w+)\)")
+
+
+class Meaning(NamedTuple):
+    """As ``floquet.store.Column``, in this order; units are empty where there are none."""
+
+    dtype: str
+    units: str
+    long_name: str
+    flags: Mapping[int, str] | None = None
+
+
+def meaning(name: str, dtype: np.dtype[Any], columns: Mapping[str, Column]) -> Meaning:
+    """What the column ``name`` of an answer is, of a table with these columns."""
+    kind = dtype.str.lstrip("<|=")
+    whole, _, part = name.rpartition("_")
+    if name in columns:
+        return Meaning(kind, columns[name].units, columns[name].long_name, columns[name].flags)
+    if whole in columns and part in PARTS:
+        return Meaning(kind, columns[whole].units, f"{columns[whole].long_name}, {PARTS[part]}")
+    if name == ROTOR_NAME:
+        return Meaning("O", "", "name of the rotor")
+    if match := _REDUCTION.fullmatch(name):
+        of = meaning(match[2], dtype, columns)
+        units, flags = ("1", None) if match[1] == "count" else (of.units, of.flags if match[1] == "first" else None)
+        return Meaning(kind, units, REDUCED[match[1]] + of.long_name, flags)
+    return Meaning(kind, "1", "number of rows" if name == "count" else name)

@@ -1,0 +1,94 @@
+"""Rows in pieces → the first of them in an order, and values nearest to numbers; what is kept is bounded."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from floquet.query.language import Array, Rows
+
+
+class Best:
+    """The first ``limit`` rows in the order of a key, from pieces that arrive in file order: stable, nan last.
+
+    At most 2 ``limit`` rows and one piece are kept; once ``limit`` rows are there, ``admits`` drops a row that comes no
+    earlier than the last of them.
+    """
+
+    def __init__(self, key: str, descending: bool, limit: int | None) -> None:
+        self.key, self.descending, self.limit = key, descending, limit
+        self._pieces: list[Rows] = []
+        self._rows = 0
+        self._worst: Any = None
+
+    def _keys(self, rows: Rows) -> Array:
+        keys = np.asarray(rows[self.key], dtype=float)
+        return -keys if self.descending else keys
+
+    def admits(self, rows: Rows) -> Array:
+        keys = self._keys(rows)
+        if self._worst is None:
+            return np.ones(keys.shape, dtype=bool)
+        admitted: Array = ~(keys >= self._worst) & ~np.isnan(keys)
+        return admitted
+
+    def add(self, rows: Rows) -> None:
+        self._pieces.append(rows)
+        self._rows += len(rows[self.key])
+        if self.limit is not None and self._rows >= 2 * self.limit:
+            self.result()
+
+    def result(self) -> Rows:
+        rows = joined(self._pieces)
+        order = np.argsort(self._keys(rows), kind="stable")[: self.limit]
+        rows = {name: values[order] for name, values in rows.items()}
+        self._pieces, self._rows = [rows], len(order)
+        if self.limit and len(order) == self.limit:
+            self._worst = self._keys(rows)[-1]
+        return rows
+
+
+class Nearest:
+    """Name → the finite value of a column nearest to a number, from chunks one by one; of two as near, the smaller."""
+
+    def __init__(self, wanted: Mapping[str, tuple[str, float]]) -> None:
+        self._wanted = wanted
+        self.columns = list(dict.fromkeys(column for column, _ in wanted.values()))
+        self.found = dict.fromkeys(wanted, np.nan)
+
+    def _distance(self, name: str) -> float:
+        """What a value must not exceed to be looked at; inf as long as there is none."""
+        distance = abs(self.found[name] - self._wanted[name][1])
+        return distance if distance >= 0 else np.inf
+
+    def skip(self, minima: Mapping[str, Any], maxima: Mapping[str, Any]) -> bool:
+        """Does every value of a chunk with these ranges lie farther away than what is there?"""
+        return all(
+            max(minima.get(column, -np.inf) - number, number - maxima.get(column, np.inf)) > self._distance(name)
+            for name, (column, number) in self._wanted.items()
+        )
+
+    def add(self, chunk: Rows) -> None:
+        for name, (column, number) in self._wanted.items():
+            values = np.append(np.asarray(chunk[column], dtype=float), self.found[name])
+            values = values[np.isfinite(values)]
+            if values.size:
+                distances = np.abs(values - number)
+                self.found[name] = float(values[distances == distances.min()].min())
+
+
+def joined(pieces: Sequence[Rows]) -> Rows:
+    return {name: np.concatenate([piece[name] for piece in pieces]) for name in pieces[0]}
+
+
+def first(pieces: Iterable[Rows], limit: int | None) -> Iterator[Rows]:
+    """The first rows in file order; reading stops when they are there."""
+    left = limit
+    for piece in pieces:
+        rows = len(next(iter(piece.values())))
+        yield piece if left is None or rows <= left else {name: values[:left] for name, values in piece.items()}
+        left = None if left is None else max(left - rows, 0)
+        if left == 0:
+            return
