@@ -44,7 +44,7 @@ NEARBY = {
 }  # fmt: skip
 """The parameters that are changed, where they are not zero."""
 STILL = 0.005  # of μ: a limit that moves less is told to stay
-FARTHEST = 1.0 / (1.0 + CHANGE)  # no offset beyond has one that is as much greater
+FARTHEST = 1.0 / (1.0 + CHANGE)  # of the radius that lifts: no offset beyond has one that is as much greater
 FINER = (2, 3, 4)  # harmonics of the averaged models that are tried where the tip-path plane fails
 CAUSES = {
     Cause.NONE: "the models agree",
@@ -128,7 +128,8 @@ def _nearby(
 ) -> list[dict[str, tuple[Limit, Limit]]]:
     """For each limit those of rotors with a little less and a little more of each parameter, by its name."""
     values = {name: float(getattr(rotor, name)) for name in NEARBY}
-    names = [name for name, value in values.items() if value and not (name == "hinge_offset" and value >= FARTHEST)]
+    farthest = FARTHEST * float(options.get("tip_loss", 1.0))
+    names = [name for name, value in values.items() if value and not (name == "hinge_offset" and value >= farthest)]
     changed = {name: np.full(2 * len(names), value) for name, value in values.items()}
     for i, name in enumerate(names):
         together = [name, "offset_mass_ratio"] if name == "hinge_offset" and rotor.offset_mass_derived else [name]
@@ -273,12 +274,12 @@ def _briefly(limit: Limit) -> str:
 
 
 def _edges(one: ModeVerdict) -> Iterator[str]:
-    """The lock edge nearest to the limit, and the simple pair's split where it has to do with it."""
+    """The lock edge nearest to the limit, and the nearest split of any simple pair where one has to do with it."""
     limit, split = one.limit, (Cause.TPP_SPLIT, Cause.DRIFT_IN_LOCK)
     if not math.isnan(limit.lock_edge):
         yield f"the nearest lock edge is at μ = {number(limit.lock_edge, 4)}"
     if (one.cause in split or limit.cause in split) and not math.isnan(limit.split_edge):
-        yield f"the nearest split of the simple pair is at μ = {number(limit.split_edge, 4)}"
+        yield f"the nearest split of a simple pair is at μ = {number(limit.split_edge, 4)}"
 
 
 def _moved(one: ModeVerdict, together: bool) -> Iterator[str]:

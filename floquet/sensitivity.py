@@ -50,6 +50,8 @@ Directions = Mapping[str, Mapping[str, ArrayLike]]
 TRUSTED = 1e-8  # of a rate: errors above are those next to a branch point
 FEW = 12  # names that an error lists
 ROUNDING = 1.0  # eps of what is summed: seen are 0.1, of 500 rates in forty digits
+JUMP = 1e-9  # of the coefficients: less is rounding
+MOVES_KINKS = ("advance_ratio", "tip_loss")
 CHUNK = 256  # cases at once: the nodes of their panels stay near a cache
 
 
@@ -146,6 +148,9 @@ def sensitivities(
     and the second is 0.  ``offset_mass_ratio`` is ∂η/∂m with ε and s held, either way.  A teetering rotor has no
     hinge offset.  ``root_cutout`` up to the hinge does nothing, and has the rate 0 at the hinge itself.
 
+    In reversed flow beyond μ = B, with an offset and without ``exact_offset``, the truncated integrals jump where
+    reversed flow reaches the tip.  There the rates of μ and ``tip_loss`` are nan, not trusted: give ``exact_offset``.
+
     >>> s = sensitivities(Rotor(lock_number=8.0), 0.3)
     >>> f"{s['lock_number'][0]:.6f}"
     '-0.062500-0.044515j'
@@ -154,7 +159,7 @@ def sensitivities(
         return _of_blades(list(rotor), advance_ratio, **options)
     kind = exact_model(rotor, model)
     one = (teetering if kind == "teetering" else blade)(rotor, advance_ratios(advance_ratio), **options)
-    return of_system(one, _with_mu(_directions(rotor), kind == "teetering"))
+    return _without_jumps(of_system(one, _with_mu(_directions(rotor), kind == "teetering")), one)
 
 
 def plane_sensitivities(rotor: Rotor, advance_ratio: ArrayLike, **options: Unpack[PhysicsKeywords]) -> Sensitivities:
@@ -181,7 +186,37 @@ def plane_sensitivities(rotor: Rotor, advance_ratio: ArrayLike, **options: Unpac
     given = {
         n: PeriodicSystem(period=math.nan, damping=D, stiffness=K) for n, (D, K) in zip(directions, rates, strict=True)
     }
-    return of_system(plane_of(one, teeters=teeters), rates=given)
+    return _without_jumps(of_system(plane_of(one, teeters=teeters), rates=given), one)
+
+
+def _without_jumps(found: Sensitivities, blade: PeriodicSystem) -> Sensitivities:
+    """Without rates of what moves a kink at which the blade's coefficients jump: A_p has an impulse there.
+
+    They jump where reversed flow reaches the tip, if integrals are truncated in ε: a kink that μ and B move.
+    """
+    if blade.parts is None:
+        return found
+    assert blade.damping is not None and blade.stiffness is not None
+    there = np.any([_jumps(m) for m in (blade.damping, blade.stiffness)], axis=0)
+    moved = np.array([name in MOVES_KINKS for name in found.parameters])
+    lost = moved.reshape(-1, *([1] * (found.rates.ndim - 1))) & there[..., None]
+    return replace(
+        found,
+        rates=np.where(lost, math.nan, found.rates),
+        errors=np.where(lost, math.inf, found.errors),
+        trusted=found.trusted & ~lost,
+    )
+
+
+def _jumps(matrix: PeriodicMatrix) -> NDArray[np.bool_]:
+    """Whether a matrix jumps anywhere, (...); where pieces have no length, over all edges at one place together."""
+    if matrix.edges is None:
+        return np.zeros(matrix.cases, bool)
+    begins, jumps = matrix.edges[..., :-1], matrix.jumps()
+    apart = np.abs(begins[..., :, None] - begins[..., None, :])
+    same = (np.minimum(apart, matrix.period - apart) < JUMP).astype(float)
+    net = np.abs(np.einsum("...ij,...jnm->...inm", same, jumps)).max(axis=(-3, -2, -1))
+    return np.asarray(net > JUMP * matrix.magnitude().max(axis=(-2, -1)))
 
 
 def _with_mu(directions: dict[str, dict[str, ArrayLike]], teeters: bool) -> dict[str, dict[str, ArrayLike]]:
@@ -204,7 +239,10 @@ def _of_blades(rotors: list[Rotor], advance_ratio: ArrayLike, **options: Unpack[
     system = multiblade(rotors, advance_ratio, **options)
     if system.blade is not None:
         return sensitivities(rotors[0], advance_ratio, **options)
-    each = [of_system(b, _with_mu(_directions(r), False)) for b, r in zip(system.blades, rotors, strict=True)]
+    each = [
+        _without_jumps(of_system(b, _with_mu(_directions(r), False)), b)
+        for b, r in zip(system.blades, rotors, strict=True)
+    ]
     found, cases, count = stability(system), system.cases, len(each[0].parameters)
     own = np.concatenate([np.broadcast_to(one.stability.exponents, (*cases, 2)) for one in each], axis=-1)
     pairs = zip(np.reshape(found.exponents, (-1, 2 * len(each))), own.reshape(-1, 2 * len(each)), strict=True)

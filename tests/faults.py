@@ -394,6 +394,7 @@ roots = (
     Mutant("roots found twice", CURVES, "SAME = 1e-12", "SAME = -1.0", B),
     Mutant("six secants", CURVES, "SECANTS = 60", "SECANTS = 6", B),
     Mutant("one level", PLANE, "            LEVELS,\n", "            (1.0,),\n", B),
+    Mutant("tips across a corner cut off", PLANE, "BULGE = 1.6", "BULGE = 1e9", B + " -k corner"),
     Mutant("no gap between two lines", PLANE, "if through[lowest] <= 0.0 and", "if False and", B + " -k pinched"),
     Mutant(
         "saddles the other way", PLANE, "(rising, falling) == (0, 2)", "(rising, falling) == (2, 2)", B + " -k pinched"

@@ -155,7 +155,7 @@ FILES: tuple[Mutant, ...] = (
     ),
     Mutant(
         "columns of any kind",
-        "floquet/query/__init__.py",
+        "floquet/query/database.py",
         "if not isinstance(columns, Iterable):",
         "if False:",
         f"{ASKED} -k wrong_option",

@@ -8,6 +8,9 @@ __all__ = ["MODES"]
 
 RATES, MADE = "floquet/sensitivity.py", "tests/test_sensitivity.py"
 sensitivity = (
+    Mutant("rates across jumps", RATES, "lost = moved.reshape", "lost = False & moved.reshape", f"{MADE} -k jump"),
+    Mutant("pieces of no length jump", RATES, "period - apart) < JUMP",
+           "period - apart) < 2.0 * np.eye(begins.shape[-1]) - 1.0", f"{MADE} -k jump"),
     Mutant("rates of τ without the damping's", RATES,
            "tau = total(k * M[..., 0, 1] + 0.5 * d", "tau = total(k * M[..., 0, 1] + 0.0 * d", MADE),
     Mutant("a pair's rates change places", RATES, "np.where(phi_21 < 0.0, 1.0j, -1.0j)", "1.0j", MADE),

@@ -117,6 +117,20 @@ def test_a_narrow_tongue_keeps_its_two_sides() -> None:
     assert tongue.y[0] == tongue.y[-1] == 1.0 and tongue.y.min() < 0.6
 
 
+@pytest.mark.parametrize("width", [0.05, 0.01, 0.001])
+def test_a_tongue_that_comes_in_across_a_corner_has_its_tip(width: float) -> None:
+    """Its axis is a diagonal of the net, so that one side of it passes a side of the last mesh, and one another."""
+    place = 0.613
+
+    def family(x: Array, y: Array) -> PeriodicSystem:
+        along, beside = (x + y) / math.sqrt(2.0), (x - y) / math.sqrt(2.0)
+        return spring(beside**2 - width**2 * (along - place))
+
+    (curve,) = boundaries(family, (0.0, 1.0), (0.0, 1.0), meshes=8)
+    tip = place / math.sqrt(2.0)
+    assert np.hypot(curve.x - tip, curve.y - tip).min() < 0.02 / 8
+
+
 @pytest.mark.parametrize(("middle", "half"), [(y, 0.03) for y in (0.32, 0.36, 0.41, 0.47, 0.5, 0.68)] + [(0.41, 0.001)])
 def test_a_tongue_that_is_pinched_off_within_a_mesh_has_two_tips(middle: float, half: float) -> None:
     """Half a mesh, or a hundredth, is missing of a tongue of a hundredth of a mesh, however the net cuts it."""

@@ -180,7 +180,7 @@ def test_a_verdict_tells_the_cause_where_it_changes(run: Floquet) -> None:
     assert first.startswith("  regressing: NOT valid, error 6.02 %, because both pairs are split")
     assert limit == (
         "      It fails at μ = 0.247-0.268, from 0.3032, first by a split of the simple pair; the nearest lock edge "
-        "is at μ = 0.2632; the nearest split of the simple pair is at μ = 0.2002."
+        "is at μ = 0.2632; the nearest split of a simple pair is at μ = 0.2002."
     )
     assert moved == (
         "      With 10 % less or more of the Lock number γ the limit is at 0.4357 (by drift within a lock at 1 "
@@ -200,6 +200,17 @@ def test_a_verdict_of_a_large_offset(run: Floquet) -> None:
     row = run("validity", *options, "--hinge-offset", "0.95").json[0]
     assert set(row["nearby_limits"]) == {"lock_number", "offset_mass_ratio"}
     assert run("validity", "--lock-number", "8", "--hinge-offset", "0.29", "--advance-ratio", "0.2").err == ""
+
+
+def test_a_verdict_of_an_offset_near_the_lost_tip(run: Floquet) -> None:
+    """An offset greater by 10 % would leave no blade that lifts: then it is not moved."""
+    done = run("validity", "--lock-number", "8", "--hinge-offset", "0.47", "--exact-offset", "--tip-loss", "0.5",
+               "--advance-ratio", "0.3")  # fmt: skip
+    assert done.status == 0 and "Lock number" in done.out
+
+
+def test_what_no_double_holds_is_named(run: Floquet) -> None:
+    refused(run("validity", "--lock-number", "8", "--hinge-stiffness", "1e300"), "1e+300 is beyond what doubles hold")
 
 
 def test_verdict_holds_its_advice(run: Floquet) -> None:

@@ -359,3 +359,25 @@ def test_what_has_no_rates_is_refused() -> None:
         of_system(system, {"mu": {"advance_ratios": 1.0}})
     with pytest.raises(ParameterError, match="give rates="):
         of_system(PeriodicSystem(period=TWO_PI, stiffness=system.stiffness))
+
+
+def test_rates_of_what_moves_a_jump_are_not_given() -> None:
+    """Truncated integrals jump where reversed flow reaches the tip, which μ and B move; others' rates stay right."""
+    rotor, options = Rotor(lock_number=16.0, hinge_offset=0.15), {"reversed_flow": True}
+    for of in (sensitivities, plane_sensitivities):
+        found = of(rotor, np.array([0.9, 1.2]), **options)  # type: ignore[arg-type]
+        for name in ("advance_ratio", "tip_loss"):
+            row = found.parameters.index(name)
+            assert np.all(np.isfinite(found.rates[row, 0])) and np.all(found.trusted[row, 0])
+            assert np.all(np.isnan(found.rates[row, 1].real)) and not np.any(found.trusted[row, 1])
+            assert np.all(found.errors[row, 1] == math.inf)
+        assert np.all(np.isfinite(found["lock_number"])) and np.all(np.isfinite(found["hinge_offset"]))
+    step = 1e-5
+    for physics in ({"exact_offset": True}, {}):
+        mu = 1.2 if physics else 0.9
+        ends = [flapping(rotor, mu + s, reversed_flow=True, **physics) for s in (-step, step)]  # type: ignore[arg-type]
+        low, high = (stability(end).exponents for end in ends)
+        rate = sensitivities(rotor, mu, reversed_flow=True, **physics)["advance_ratio"]  # type: ignore[arg-type]
+        np.testing.assert_allclose(rate, (high - low) / (2.0 * step), rtol=1e-6)
+    blades = sensitivities([rotor, rotor.replace(lock_number=8.0), rotor], 1.2, reversed_flow=True)
+    assert np.all(np.isnan(blades["advance_ratio"].real)) and np.any(np.isfinite(blades["lock_number 0"]))

@@ -4,7 +4,7 @@ Along a parameter every boundary is found as along μ, see :mod:`floquet.validit
 net are searched in the same way, so that every passage of a boundary through a line is known to rounding, and within a
 mesh of the net a curve joins two passages::
 
-    two on different sides      they are joined
+    two on different sides      they are joined, unless a diagonal shows the tip of a tongue across a corner
     one on each of four         joined so that a diagonal is not passed
     two close ones on each      the sides of a narrow tongue: they go on side by side, if lines across it say so
     two on one side             the tip of a tongue, or a bulge: the mesh is cut in four, down to a part of the net
@@ -46,6 +46,7 @@ NARROW = 0.05  # of a side: passages closer than this are the two sides of a ton
 WIDTH = 1e-9  # of a line: two passages closer than this are none
 ACROSS = [0.04, 0.31, 0.69, 0.96]  # from one end of a tongue to the other: where it is looked at first,
 LOOKS = 10  # and how often at most
+BULGE = 1.6  # way over distance: half a circle has 1.57
 NEAR, AT = 1e-12, 4e-15  # distance from a level: worth more digits, and none
 ALONG = np.array([0.13, 0.38196601125010515, 0.71])  # of a line that may lie in a boundary
 
@@ -303,6 +304,11 @@ class _Mesh:
         sides = [k for _, k in self.around(level)]
         return not sides or (len(sides) == 2 and sides[0] != sides[1])
 
+    def corner(self, level: float) -> int | None:
+        """Which diagonal begins where two sides meet that are passed once each, and no others are; or None."""
+        sides = [k for _, k in self.around(level)]
+        return {(0, 1): 1, (1, 2): 0, (2, 3): 1, (0, 3): 0}.get((sides[0], sides[1])) if len(sides) == 2 else None
+
     def tongue(self, level: float) -> tuple[Array, Array] | None:
         """Ends, in units of the sides, of what may be a narrow tongue: two close passages on each of two sides."""
         points = self.around(level)
@@ -387,12 +393,13 @@ def _segments(plane: _Plane, meshes: Iterable[_Mesh]) -> Iterator[Segment]:
     """Passages that belong together, two a piece."""
     waiting = list(meshes)
     while waiting:
-        settled = _saddles(plane, waiting) | _tongues(plane, waiting)
+        settled, tips = _saddles(plane, waiting) | _tongues(plane, waiting), _tips(plane, waiting)
         unclear = []
         for mesh in waiting:
-            open_levels = tuple(
-                v for v in mesh.levels if mesh.depth < DEPTH and not mesh.clear(v) and (id(mesh), v) not in settled
-            )
+            joined = {
+                v for v in mesh.levels if (id(mesh), v) not in tips and (mesh.clear(v) or (id(mesh), v) in settled)
+            }
+            open_levels = tuple(v for v in mesh.levels if mesh.depth < DEPTH and v not in joined)
             for level in mesh.levels:
                 if level not in open_levels:
                     yield from settled.get((id(mesh), level)) or _joined(mesh.around(level))
@@ -441,6 +448,22 @@ class _Tongue:
         through = BarycentricInterpolator(self.shares, self.squares)(places)
         lowest = int(np.argmin(through))
         return [float(places[lowest])] if through[lowest] <= 0.0 and len(self.shares) < LOOKS else []
+
+
+def _tips(plane: _Plane, meshes: Sequence[_Mesh]) -> set[tuple[int, float]]:
+    """Meshes, by their id, and levels of which a tongue comes in across a corner, with a side of it on each side.
+
+    A curve that cuts a corner off bulges less than its ends are apart: the diagonal from there tells.
+    """
+    asked = [(mesh, v) for mesh in meshes if mesh.depth < DEPTH for v in mesh.levels if mesh.corner(v) is not None]
+    cuts = _cuts(plane, [mesh.diagonals()[mesh.corner(v) or 0] for mesh, v in asked])
+    found = set()
+    for (mesh, v), cut in zip(asked, cuts, strict=True):
+        (p, _), (q, _) = mesh.around(v)
+        passed = [point for point in cut if point.level == v]
+        if any(mesh.apart(p, at) + mesh.apart(at, q) > BULGE * mesh.apart(p, q) for at in passed):
+            found.add((id(mesh), v))
+    return found
 
 
 def _saddles(plane: _Plane, meshes: Sequence[_Mesh]) -> dict[tuple[int, float], list[Segment]]:

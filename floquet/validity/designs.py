@@ -28,7 +28,7 @@ from ..models import PhysicsKeywords, teetering
 from ..models.flapping import blade
 from ..models.physics import HIGHEST
 from ..period_map import PeriodMap, hill_map
-from ..rotor import Rotor
+from ..rotor import PARAMETERS, Rotor
 from .curves import Crossings, Curve, crossings
 from .levels import BOUNDARIES, Boundary
 
@@ -142,14 +142,20 @@ class Designs:
         with np.errstate(**BEYOND):
             end = curve(np.arange(self.count), np.full(self.count, self.mu_max))
         if not np.all(np.isfinite(end)):
-            gamma = float(np.broadcast_to(self.rotor.lock_number, self.rotor.shape).ravel()[~np.isfinite(end)][0])
-            raise ParameterError(
-                "lock_number",
-                gamma,
-                f"{gamma:g} is beyond what doubles hold up to μ = {self.mu_max:g}: the period map overflows",
-            )
+            raise self.overflow(int(np.flatnonzero(~np.isfinite(end))[0]))
         case, start, stop = self.ranges()
         return crossings(curve, start, stop, levels, case=case, exact=exact, least=WIDTH, **given)
+
+    def overflow(self, case: int) -> ParameterError:
+        """What is wrong with a rotor whose period map no double holds: its largest parameter."""
+        rotor = self.at(np.array([case]))
+        values = {p.name: float(np.asarray(getattr(rotor, p.name)).ravel()[0]) for p in PARAMETERS}
+        name = max(values, key=lambda p: abs(values[p]))
+        return ParameterError(
+            name,
+            values[name],
+            f"{values[name]:g} is beyond what doubles hold up to μ = {self.mu_max:g}: the period map overflows",
+        )
 
     def _between(self, found: Crossings) -> tuple[Places, Array, Array]:
         """Case, start and stop of the ranges from one passage to the next, wider than :data:`WIDTH`."""

@@ -15,7 +15,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..comparison import Cause, Metric, Rule
-from ..errors import ParameterError
 from .curves import Crossings
 from .designs import Designs, Windows
 
@@ -249,10 +248,7 @@ class _Samples:
         table = np.stack([np.minimum(there[mode].by(metric), HUGE) for mode, metric in self.curves])
         if np.any(np.isnan(table)):
             wrong = case[np.flatnonzero(np.isnan(table).any(axis=0))[0]]
-            gamma = float(np.asarray(self.designs.at(np.array([wrong])).lock_number).ravel()[0])
-            raise ParameterError(
-                "lock_number", gamma, f"{gamma:g} is beyond what doubles hold: the period map overflows"
-            )
+            raise self.designs.overflow(int(wrong))
         return table
 
     def one(self, case: Array, x: Array, curve: Array) -> Array:
