@@ -22,7 +22,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from . import store
-from .errors import DamageError, FloquetError, InputError
+from .errors import DamageError, DatabaseError, FloquetError, InputError
 from .kernels import POINTS, part_of
 from .models import Physics
 from .period_map import Method
@@ -94,6 +94,8 @@ def check(path: str | Path, *, sample: int = SAMPLE, seed: int = 0, patience: fl
 def _look(path: str, sample: int, seed: int, beat: Beat) -> dict[str, Any]:
     """What a :class:`Checked` says, as a dict."""
     with store.File(path, examined=True) as file:
+        if not file.tables:
+            raise DatabaseError(path, store.NO_TABLES)
         file.examine(beat)
         if places := tuple(file.damaged(beat)):
             raise DamageError(path, places)

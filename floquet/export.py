@@ -26,7 +26,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from . import store
-from .errors import InputError, did_you_mean, file_name
+from .errors import DatabaseError, InputError, did_you_mean, file_name
 from .plain import strict, words
 
 __all__ = ["Answer", "checked_format", "export", "text", "whole", "write"]
@@ -115,7 +115,18 @@ def _checked_place(out: str | Path, sources: Sequence[str]) -> Path:
     path = Path(out)
     if path.exists() and any(path.samefile(source) for source in sources):
         raise InputError(f"{out} is the database that is read, and would be lost: name another file with -o")
+    if path.is_file() and _is_database(path):
+        raise InputError(f"{out} is a database itself, and would be lost: name another file, or move it away")
     return path
+
+
+def _is_database(path: Path) -> bool:
+    """Whether a file has tables, and is not one that was exported."""
+    try:
+        with store.open_file(path) as file:
+            return bool(file.tables)
+    except DatabaseError:
+        return False
 
 
 # ---------------------------------------------------------------------- text

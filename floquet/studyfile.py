@@ -52,9 +52,9 @@ class Range(_Table):
     count: Annotated[int, Field(ge=1, le=10**7)]
 
     def values(self) -> list[float]:
-        """The numbers."""
+        """The numbers, as one would write them: 0.35, not 0.35000000000000003."""
         with np.errstate(all="ignore"):  # what becomes of bold ends is looked at where it is used
-            return np.linspace(self.start, self.stop, self.count).tolist()
+            return [float(f"{x:.15g}") for x in np.linspace(self.start, self.stop, self.count).tolist()]
 
 
 def _form(value: Any) -> str:

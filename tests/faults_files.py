@@ -14,6 +14,31 @@ SHARED, DASK = "floquet/study/workers.py", "tests/test_cluster.py"
 
 FILES: tuple[Mutant, ...] = (
     Mutant(
+        "rows lost by extending",
+        "floquet/study/extending.py",
+        "    if lost:\n",
+        "    if False:\n",
+        "tests/test_extend.py -k not_every_row",
+    ),
+    Mutant(
+        "databases exported over",
+        "floquet/export.py",
+        "return bool(file.tables)",
+        "return False",
+        f"{STUDY} -k exported_over",
+    ),
+    Mutant("files without a table verified", CHECKING, "if not file.tables:", "if False:", f"{STUDY} -k exported_over"),
+    Mutant(
+        "damaged parts passed over",
+        "floquet/study/running.py",
+        "    if damaged:\n",
+        "    if False:\n",
+        f"{STUDY} -k makes_damaged",
+    ),
+    Mutant(
+        "ranges as they are calculated", "floquet/studyfile.py", "{x:.15g}", "{x:.17g}", f"{STUDY} -k one_would_write"
+    ),
+    Mutant(
         "parts left for good",
         "floquet/study/running.py",
         "        _clear(folder, study)\n",

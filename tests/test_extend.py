@@ -207,3 +207,29 @@ def test_there_must_be_one_study(written: Written, tmp_path: Path, monkeypatch: 
     monkeypatch.setattr(extending, "ENGINE", extending.ENGINE + 1)
     with pytest.raises(InputError, match="computed by engine"):
         study.run(written(ratios=FINER), out, extend=True)
+
+
+def test_a_study_that_has_not_every_row_is_refused(tmp_path: Path) -> None:
+    """Nothing of a database is lost: neither designs nor advance ratios, and the file is as it was."""
+    out = tmp_path / "out.h5"
+    file = tmp_path / "study.toml"
+    text = """
+[study]
+name = "shrinking"
+[rotors]
+grid = {{ lock_number = {gamma} }}
+[axes]
+advance_ratio = {mu}
+[compare]
+tolerances = []
+[output]
+columns = ["verdict"]
+"""
+    file.write_text(text.format(gamma=[4.0, 8.0], mu=[0.1, 0.2, 0.3]))
+    study.run(study.load_study(file), out)
+    before = out.read_bytes()
+    for gamma, mu, lost in (([4.0], [0.1, 0.2, 0.3, 0.4], 3), ([4.0, 8.0, 9.0], [0.1, 0.3], 2), ([5.0], [0.5], 6)):
+        file.write_text(text.format(gamma=gamma, mu=mu))
+        with pytest.raises(InputError, match=f"has {lost} rows of designs or advance ratios that the study has not"):
+            study.run(study.load_study(file), out, extend=True)
+        assert out.read_bytes() == before

@@ -21,7 +21,7 @@ import numpy as np
 import pytest
 from filelock import FileLock
 
-from floquet import store, study
+from floquet import checking, store, study
 from floquet.comparison import Metric
 from floquet.errors import (
     ConfigError,
@@ -483,7 +483,8 @@ def test_resume_keeps_sound_shards_and_makes_damaged_ones_again(
         return real(plan, start, stop, *columns)
 
     monkeypatch.setitem(shards.TABLE_ROWS, "points", counted)
-    report = study.run(one, out, resume=True)
+    with pytest.warns(FloquetWarning, match=f"3 parts that were there are damaged, the first {files[1]}"):
+        report = study.run(one, out, resume=True)
     assert sorted(made) == [100, 200, 300, 400, 500] and report.reused == 5
     study.run(one, tmp_path / "whole.h5")
     assert store.data_digest(out) == store.data_digest(tmp_path / "whole.h5")
@@ -524,6 +525,26 @@ def test_two_runs_of_one_study_do_not_meet(file: Path, tmp_path: Path) -> None:
     folder.mkdir()
     with FileLock(folder / ".lock"), pytest.raises(InputError, match="in use by another run"):
         study.run(study.load_study(file), out)
+
+
+def test_a_range_has_the_numbers_that_one_would_write(tmp_path: Path) -> None:
+    (tmp_path / "s.toml").write_text(SMALL.replace("count = 60", "count = 101"))
+    values = study.load_study(tmp_path / "s.toml").plan.advance_ratio
+    assert values.tolist() == [float(f"{i / 100:.2f}") for i in range(101)] and 0.35 in values.tolist()
+
+
+def test_what_was_exported_is_no_database_and_no_database_is_exported_over(tiny: Path, tmp_path: Path) -> None:
+    out, other, exported = tmp_path / "out.h5", tmp_path / "other.nc", tmp_path / "points.nc"
+    study.run(study.load_study(tiny), out)
+    other.write_bytes(out.read_bytes())
+    for _ in range(2):  # an exported file is replaced
+        export(out, exported)
+    for look in (checking.check, open_database):
+        with pytest.raises(DatabaseError, match="it has no table of a database: it may be one that was exported"):
+            look(exported)
+    with pytest.raises(InputError, match="is a database itself, and would be lost"):
+        export(out, other)
+    assert other.read_bytes() == out.read_bytes()
 
 
 def test_parts_that_a_killed_run_left_beside_its_database_go(tiny: Path, tmp_path: Path) -> None:

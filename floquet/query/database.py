@@ -474,7 +474,11 @@ def open_database(path: str | Path | Sequence[str | Path]) -> Database:
 
     closing = ExitStack()
     if isinstance(path, str | Path) or not isinstance(path, Sequence) or not path:
-        return Database(path, closing.enter_context(store.open_file(path)), closing)  # type: ignore[arg-type]
+        reader = closing.enter_context(store.open_file(path))  # type: ignore[arg-type]
+        if not reader.tables:
+            closing.close()
+            raise DatabaseError(reader.path, store.NO_TABLES)
+        return Database(reader.path, reader, closing)
     paths = [str(file_name(one)) for one in path]
     check_once(paths)
     with closing:

@@ -18,10 +18,10 @@ from __future__ import annotations
 
 from . import schema as schema
 from .files import atomic, remove_leftovers, write_failure
-from .reading import File, data_digest, open_file, verify
+from .reading import NO_TABLES, File, data_digest, open_file, verify
 from .schema import ALWAYS, EVERY, LIMITS, POINTS, SCHEMA, TABLES, Column, chosen, column_name, stored_variables
 from .writing import TableWriter, copy_rows, create, write
 
-__all__ = ["ALWAYS", "EVERY", "LIMITS", "POINTS", "SCHEMA", "TABLES", "Column", "File", "TableWriter", "atomic",
-           "chosen", "column_name", "copy_rows", "create", "data_digest", "open_file", "remove_leftovers",
+__all__ = ["ALWAYS", "EVERY", "LIMITS", "NO_TABLES", "POINTS", "SCHEMA", "TABLES", "Column", "File", "TableWriter",
+           "atomic", "chosen", "column_name", "copy_rows", "create", "data_digest", "open_file", "remove_leftovers",
            "schema", "stored_variables", "verify", "write", "write_failure"]  # fmt: skip

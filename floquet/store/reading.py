@@ -31,6 +31,9 @@ from .seal import Seal, chunk_extents
 __all__ = ["File", "data_digest", "open_file", "verify"]
 
 Array = NDArray[Any]
+NO_TABLES = (
+    "it has no table of a database: it may be one that was exported, which xarray opens; name the database itself"
+)
 MOST_ROWS = 1 << 24  # of a chunk of any file
 Skip = Callable[[Mapping[str, float], Mapping[str, float]], bool]
 

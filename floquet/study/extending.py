@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import json
 import tomllib
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 from pathlib import Path
@@ -124,6 +124,7 @@ def known(path: Path, study: Study) -> Known:
             raise InputError(f"{path} was computed {word} map = true and the study is not: its rows are other rows")
         designs = _designs(plan)
         runs, ratios = _runs(file, "points", ("advance_ratio",))
+        _refuse_loss(path, plan, designs, runs, ratios)
         where = _where(designs, runs)
         grids = {bits: i for i, bits in enumerate(dict.fromkeys(ratios))}
         numbers = np.array([grids[bits] for bits in ratios], np.intp)
@@ -157,6 +158,22 @@ def _check(file: store.File, study: Study) -> None:
         raise InputError(
             f"{file.path} has no {', '.join(lost[:4])}, which the study stores: its rows cannot be taken, so name "
             "fewer columns, or choose another output"
+        )
+
+
+def _refuse_loss(path: Path, plan: Plan, designs: Array, runs: Mapping[str, Array], ratios: Sequence[bytes]) -> None:
+    """A database keeps every row that it has: the study must have all of its designs and advance ratios."""
+    wanted, kept = set(designs.tolist()), set(plan.advance_ratio.astype("<f8").view("<i8").tolist())
+    left = {bits: sum(mu not in kept for mu in np.frombuffer(bits, "<i8").tolist()) for bits in set(ratios)}
+    sizes = runs["stop"] - runs["start"]
+    lost = sum(
+        left[bits] if design in wanted else int(size)
+        for design, bits, size in zip(runs["bits"].tolist(), ratios, sizes, strict=True)
+    )
+    if lost:
+        raise InputError(
+            f"{path} has {lost} rows of designs or advance ratios that the study has not, and they would be lost: "
+            "put these into the study, too, or choose another output"
         )
 
 

@@ -5,13 +5,14 @@ from __future__ import annotations
 import contextlib
 import shutil
 import time
+import warnings
 from collections.abc import Callable, Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass, field
 from pathlib import Path
 
 from .. import store
-from ..errors import DatabaseError, InputError
+from ..errors import DatabaseError, FloquetWarning, InputError
 from ..studyfile import Study
 from .extending import known
 from .folder import journal_of, locked, parts_of, same_columns
@@ -87,7 +88,9 @@ def run(
         store.remove_leftovers(folder)
         shards = all_shards(study.plan, sizes)
         parts = Parts(folder, study.id, study.columns, known(out, study) if extend else None)
-        kept = {s for s in shards if (folder / s.file).exists() and sound(s, parts)}
+        there = [s for s in shards if (folder / s.file).exists()]
+        kept = {s for s in there if sound(s, parts)}
+        _tell_of_damage([s for s in there if s not in kept])
         todo = [s for s in shards if s not in kept]
         failed = compute(study.plan, parts, todo, workers, executor, _counting(shards, kept, progress))
         if not failed:
@@ -137,6 +140,17 @@ def _finished(out: Path, study: Study, resume: bool) -> dict[str, int]:
             )
         same_columns(out, study, file.columns("points"))
         return {t: file.rows(t) for t in file.tables}
+
+
+def _tell_of_damage(damaged: Sequence[Shard]) -> None:
+    """Shards are written whole: one that is not is the sign of a failing disk, or somebody has changed it."""
+    if damaged:
+        warnings.warn(
+            f"{len(damaged)} parts that were there are damaged, the first {damaged[0].file}, and are made again: "
+            "see whether the disk is sound",
+            FloquetWarning,
+            stacklevel=3,
+        )
 
 
 def _clear(folder: Path, study: Study) -> None:
