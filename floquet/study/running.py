@@ -15,7 +15,7 @@ from ..errors import DatabaseError, InputError
 from ..studyfile import Study
 from .extending import known
 from .folder import journal_of, locked, parts_of, same_columns
-from .packing import pack
+from .packing import packed
 from .shards import Parts, Shard, all_shards, sizes_of, sound
 from .workers import compute
 
@@ -91,7 +91,7 @@ def run(
         todo = [s for s in shards if s not in kept]
         failed = compute(study.plan, parts, todo, workers, executor, _counting(shards, kept, progress))
         if not failed:
-            rows = pack(folder, out, replace=extend)
+            rows = packed(folder, out, replace=extend)
             shutil.rmtree(folder, ignore_errors=True)
     if failed:
         return RunReport(
