@@ -64,6 +64,13 @@ FILES: tuple[Mutant, ...] = (
     ),
     Mutant("a failing folder passed over", "floquet/store/files.py", "errno.EIO, errno.ENOSPC, errno.EDQUOT", "", KEPT),
     Mutant(
+        "made again beside another run",
+        "floquet/study/running.py",
+        "if out.exists() and not extend:",
+        "if False:",
+        f"{STUDY} -k meanwhile",
+    ),
+    Mutant(
         "two runs at once",
         "floquet/study/folder.py",
         "        lock.acquire()\n",

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import csv
 import json
 import multiprocessing
@@ -540,6 +541,24 @@ def test_of_two_processes_that_begin_a_study_at_once_one_goes_on(tiny: Path, tmp
     assert [status for status, _ in said] == [0, 2] and one == ""
     assert re.fullmatch(r"floquet: out\.h5(\.parts is in use by another run| is there already): .*\n", other), other
     assert store.verify(tmp_path / "out.h5") == () and not study.parts_of(tmp_path / "out.h5").exists()
+
+
+@pytest.mark.parametrize("resume", [True, False])
+def test_a_run_that_finds_the_database_made_meanwhile_ends(
+    tiny: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, resume: bool
+) -> None:
+    """Between its first look and its turn another run has ended."""
+    one, out, real = study.load_study(tiny), tmp_path / "out.h5", running.locked
+
+    def late(*given: Any) -> Any:
+        monkeypatch.setattr(running, "locked", real)
+        study.run(one, out)
+        return real(*given)
+
+    monkeypatch.setattr(running, "locked", late)
+    with contextlib.nullcontext() if resume else pytest.raises(InputError, match=r"is there already: .*--resume"):
+        assert study.run(one, out, resume=resume).computed == 0
+    assert not study.parts_of(out).exists() and store.verify(out) == ()
 
 
 def test_nobody_packs_what_a_run_is_at(tiny: Path, tmp_path: Path) -> None:
