@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from tests.faults import ASKED, READING, SCHEMA, Mutant
+from tests.faults import ASKED, KEPT, READING, SCHEMA, Mutant
 
 __all__ = ["FILES"]
 
@@ -65,6 +65,49 @@ FILES: tuple[Mutant, ...] = (
         'temporary = path.with_name(f".{path.name}.{secrets.token_hex(8)}.tmp")',
         "temporary = path",
         f"{PROOFS} -k resume",
+    ),
+    Mutant(
+        "links replaced",
+        "floquet/store/files.py",
+        "path = _behind(Path(path))",
+        "path = Path(path)",
+        f"{STUDY} -k points_to",
+    ),
+    Mutant(
+        "halves behind links left",
+        "floquet/store/files.py",
+        "(place := _behind(folder / name))",
+        "(place := folder / name)",
+        f"{STUDY} -k points_to",
+    ),
+    Mutant(
+        "packed during a run",
+        "floquet/study/packing.py",
+        "if os.access(folder, os.W_OK)",
+        "if False",
+        f"{STUDY} -k nobody_packs",
+    ),
+    Mutant("a failing folder passed over", "floquet/store/files.py", "errno.EIO, errno.ENOSPC, errno.EDQUOT", "", KEPT),
+    Mutant(
+        "made again beside another run",
+        "floquet/study/running.py",
+        "if out.exists() and not extend:",
+        "if False:",
+        f"{STUDY} -k meanwhile",
+    ),
+    Mutant(
+        "two runs at once",
+        "floquet/study/folder.py",
+        "        lock.acquire()\n",
+        "        pass\n",
+        f"{STUDY} -k two_runs",
+    ),
+    Mutant(
+        "unfinished is not there",
+        READING,
+        '    if Path(f"{path}.parts").is_dir()',
+        "    if False",
+        f"{STUDY} -k not_finished",
     ),
     Mutant("a failing disk unknown", "floquet/store/files.py", "errno.EIO: ", "-1: ", f"{PROOFS} -k pack"),
     Mutant("lost shards forgotten", SHARED, "lost.append(futures[future])", "pass", f"{DASK} -k five_killed"),

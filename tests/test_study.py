@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import contextlib
 import csv
 import json
 import multiprocessing
 import os
+import re
 import signal
 import subprocess
 import sys
@@ -547,6 +549,52 @@ def test_what_was_exported_is_no_database_and_no_database_is_exported_over(tiny:
     assert other.read_bytes() == out.read_bytes()
 
 
+def test_of_two_processes_that_begin_a_study_at_once_one_goes_on(tiny: Path, tmp_path: Path) -> None:
+    command = [sys.executable, "-m", "floquet", "run", str(tiny), "-o", "out.h5", "--workers", "1"]
+    environment = os.environ | {"PYTHONPATH": str(Path(study.__file__).parents[2])}
+    both = [
+        subprocess.Popen(
+            command, cwd=tmp_path, env=environment, text=True, stdout=subprocess.PIPE, stderr=subprocess.PIPE
+        )
+        for _ in range(2)
+    ]
+    (_, one), (_, other) = said = sorted((run.wait(), run.communicate()[1]) for run in both)
+    assert [status for status, _ in said] == [0, 2] and one == ""
+    assert re.fullmatch(r"floquet: out\.h5(\.parts is in use by another run| is there already): .*\n", other), other
+    assert store.verify(tmp_path / "out.h5") == () and not study.parts_of(tmp_path / "out.h5").exists()
+
+
+@pytest.mark.parametrize("resume", [True, False])
+def test_a_run_that_finds_the_database_made_meanwhile_ends(
+    tiny: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, resume: bool
+) -> None:
+    """Between its first look and its turn another run has ended."""
+    one, out, real = study.load_study(tiny), tmp_path / "out.h5", running.locked
+
+    def late(*given: Any) -> Any:
+        monkeypatch.setattr(running, "locked", real)
+        study.run(one, out)
+        return real(*given)
+
+    monkeypatch.setattr(running, "locked", late)
+    with contextlib.nullcontext() if resume else pytest.raises(InputError, match=r"is there already: .*--resume"):
+        assert study.run(one, out, resume=resume).computed == 0
+    assert not study.parts_of(out).exists() and store.verify(out) == ()
+
+
+def test_nobody_packs_what_a_run_is_at(tiny: Path, tmp_path: Path) -> None:
+    folder = _unpacked(tiny, tmp_path / "out.h5")
+    with FileLock(folder / ".lock"), pytest.raises(InputError, match="in use by another run"):
+        study.pack(folder, tmp_path / "out.h5")
+    assert study.pack(folder, tmp_path / "out.h5")["points"] == 600
+
+
+def test_a_database_that_is_not_finished_is_told_from_one_that_is_not_there(tiny: Path, tmp_path: Path) -> None:
+    _unpacked(tiny, tmp_path / "out.h5")
+    with pytest.raises(DatabaseError, match=r"out\.h5: its run is not finished: .*--resume"):
+        open_database(tmp_path / "out.h5")
+
+
 def test_parts_that_a_killed_run_left_beside_its_database_go(tiny: Path, tmp_path: Path) -> None:
     """Those of the same study, told or already without their journal; another's stay."""
     one, out = study.load_study(tiny), tmp_path / "out.h5"
@@ -583,6 +631,21 @@ def test_an_output_behind_a_link_is_where_the_link_is(tiny: Path, tmp_path: Path
     (tmp_path / "link").symlink_to(tmp_path / "disk", target_is_directory=True)
     study.run(study.load_study(tiny), tmp_path / "link" / "out.h5")
     assert [p.name for p in (tmp_path / "disk").iterdir()] == ["out.h5"]
+
+
+def test_an_output_that_is_a_link_is_written_where_it_points_to(tiny: Path, tmp_path: Path) -> None:
+    """Whether there is something or not; what was left half there goes."""
+    disk, out = tmp_path / "disk", tmp_path / "out.h5"
+    disk.mkdir()
+    out.symlink_to(disk / "real.h5")
+    (disk / ".real.h5.0123456789abcdef.tmp").write_bytes(b"half")
+    study.run(study.load_study(tiny), out)
+    tiny.write_text(tiny.read_text().replace("count = 300", "count = 599"))
+    assert study.run(study.load_study(tiny), out, extend=True).points == 1198
+    assert out.is_symlink() and [p.name for p in disk.iterdir()] == ["real.h5"]
+    assert store.verify(disk / "real.h5") == () and {p.name for p in tmp_path.iterdir()} == {
+        "disk", "out.h5", tiny.name
+    }  # fmt: skip
 
 
 @pytest.mark.skipif(not os.path.isdir("/sys/kernel"), reason="no folder here that nobody may write to")
@@ -664,7 +727,7 @@ def test_a_full_disk_in_a_worker_process_is_one_sentence(file: Path, tmp_path: P
 def _unpacked(file: Path, out: Path) -> Path:
     """The folder of a finished study whose packing did not come about."""
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(running, "pack", lambda *_, **__: (_ for _ in ()).throw(KeyboardInterrupt))
+        patch.setattr(running, "packed", lambda *_, **__: (_ for _ in ()).throw(KeyboardInterrupt))
         with pytest.raises(KeyboardInterrupt):
             study.run(study.load_study(file), out)
     return study.parts_of(out)

@@ -18,8 +18,11 @@ __all__ = ["Sink", "atomic", "remove_leftovers", "write_failure"]
 
 @contextlib.contextmanager
 def atomic(path: str | Path) -> Iterator[Path]:
-    """A temporary file beside ``path`` that takes its place when the block ends well, and vanishes when it does not."""
-    path = Path(path)
+    """A temporary file beside ``path`` that takes its place when the block ends well, and vanishes when it does not.
+
+    Where ``path`` is a link, it stays one, and the place is that of what it points to.
+    """
+    path = _behind(Path(path))
     temporary = path.with_name(f".{path.name}.{secrets.token_hex(8)}.tmp")  # others may be on other machines
     try:
         yield temporary
@@ -35,9 +38,16 @@ def atomic(path: str | Path) -> Iterator[Path]:
 
 def remove_leftovers(folder: Path, name: str = "") -> None:
     """Remove temporary files that killed writers of ``name``, or of any file, have left in a folder."""
+    if name:
+        folder, name = (place := _behind(folder / name)).parent, place.name
     for left in folder.glob(f".{glob.escape(name) or '*'}.*.tmp"):
         with contextlib.suppress(OSError):
             left.unlink()
+
+
+def _behind(path: Path) -> Path:
+    """Where a link points to; any other path as it is."""
+    return path.resolve() if path.is_symlink() else path
 
 
 def _sync(path: Path) -> None:

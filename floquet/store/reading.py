@@ -359,6 +359,8 @@ def _opened(path: str | Path, examined: bool) -> tuple[h5py.File, bool]:
     """A file that HDF5 may look at, and whether it is sealed."""
     path = file_name(path)
     if not path.exists():
+        if Path(f"{path}.parts").is_dir():
+            raise DatabaseError(path, "its run is not finished: wait for it, or go on with floquet run and --resume")
         raise DatabaseError(path, "there is no such file: check the path, or make it with floquet run")
     if path.is_dir():
         raise DatabaseError(path, "this is a folder, not a database: name the file, such as results/validity.h5")

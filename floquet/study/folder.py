@@ -31,8 +31,6 @@ def parts_of(out: str | Path) -> Path:
 @contextlib.contextmanager
 def locked(folder: Path, study: Study, resume: bool) -> Iterator[dict[str, int]]:
     """The study's folder, made or taken up, for one run at a time; gives the shard sizes that it began with."""
-    from filelock import FileLock, Timeout
-
     sizes = sizes_of(study.plan)
     described = json.dumps(
         {
@@ -49,14 +47,7 @@ def locked(folder: Path, study: Study, resume: bool) -> Iterator[dict[str, int]]
     )
     with contextlib.suppress(FileExistsError), _storage(folder):
         folder.mkdir()
-    lock = FileLock(folder / ".lock", timeout=0)
-    try:
-        lock.acquire()
-    except OSError as error:
-        if not isinstance(error, Timeout):
-            raise StorageError(folder, store.write_failure(error)) from error
-        raise InputError(f"{folder} is in use by another run: wait for it, or write to another file") from None
-    try:
+    with alone(folder):
         journal = folder / "study.json"
         if journal.exists():
             if not resume:
@@ -79,6 +70,22 @@ def locked(folder: Path, study: Study, resume: bool) -> Iterator[dict[str, int]]
             with store.atomic(journal) as temporary:
                 temporary.write_text(described, encoding="utf-8")
         yield sizes
+
+
+@contextlib.contextmanager
+def alone(folder: Path) -> Iterator[None]:
+    """A study's folder for one process at a time; the others are refused."""
+    from filelock import FileLock, Timeout
+
+    lock = FileLock(folder / ".lock", timeout=0)
+    try:
+        lock.acquire()
+    except OSError as error:
+        if not isinstance(error, Timeout):
+            raise StorageError(folder, store.write_failure(error)) from error
+        raise InputError(f"{folder} is in use by another run: wait for it, or write to another file") from None
+    try:
+        yield
     finally:
         lock.release()
 

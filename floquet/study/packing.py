@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import contextlib
 import json
+import os
 import time
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -11,23 +13,32 @@ from typing import Any
 from .. import __version__, store
 from ..errors import DamageError, DatabaseError, InputError
 from ..sweep import ENGINE
-from .folder import DAMAGED_JOURNAL, columns_of, journal_of, text_of
+from .folder import DAMAGED_JOURNAL, alone, columns_of, journal_of, text_of
 from .shards import Parts, Shard, listed, ours, sound
 
 
-def pack(folder: str | Path, out: str | Path, *, replace: bool = False) -> dict[str, int]:
+def pack(folder: str | Path, out: str | Path) -> dict[str, int]:
     """Check all shards of a study's folder and write them as one database; the rows of each table.
 
-    ``replace`` puts it in the place of what is there, when it is whole.
+    No run may be at the folder, which is said where it may be written to.
     """
     folder, out = Path(folder), Path(out)
-    journal = folder / "study.json"
-    if out.exists() and not replace:
-        raise InputError(f"{out} is there already: choose another name or move it away")
-    if not journal.is_file():
+    _refuse_database(out)
+    if not (folder / "study.json").is_file():
         raise DatabaseError(
             folder, "this is not the folder of a study: pack takes OUT.h5.parts, which floquet run leaves when it stops"
         )
+    with alone(folder) if os.access(folder, os.W_OK) else contextlib.nullcontext():
+        return packed(folder, out)
+
+
+def packed(folder: Path, out: Path, *, replace: bool = False) -> dict[str, int]:
+    """As :func:`pack`, by who has the folder.
+
+    ``replace`` puts the database in the place of what is there, when it is whole.
+    """
+    if not replace:
+        _refuse_database(out)
     about = journal_of(folder)
     try:
         counts = {"points": about["points"], "limits": about["designs"]}
@@ -52,6 +63,11 @@ def pack(folder: str | Path, out: str | Path, *, replace: bool = False) -> dict[
     except DamageError:
         _refuse([s for s in everything if not sound(s, parts)], everything, folder)
         raise
+
+
+def _refuse_database(out: Path) -> None:
+    if out.exists():
+        raise InputError(f"{out} is there already: choose another name or move it away")
 
 
 def _refuse(wrong: Sequence[Shard], everything: Sequence[Shard], folder: Path) -> None:

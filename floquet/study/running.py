@@ -16,7 +16,7 @@ from ..errors import DatabaseError, FloquetWarning, InputError
 from ..studyfile import Study
 from .extending import known
 from .folder import journal_of, locked, parts_of, same_columns
-from .packing import pack
+from .packing import packed
 from .shards import Parts, Shard, all_shards, sizes_of, sound
 from .workers import compute
 
@@ -74,17 +74,12 @@ def run(
     if extend and not out.exists():
         raise InputError(f"{out} is not there to be extended: check the path, or run the study without --extend")
     if out.exists() and not (extend and _grown(out, study)):
-        rows = _finished(out, study, resume or extend)
-        _clear(folder, study)
-        return RunReport(
-            path=out,
-            points=rows.get("points", 0),
-            limits=rows.get("limits", 0),
-            seconds=0.0,
-            computed=0,
-            reused=len(all_shards(study.plan, sizes_of(study.plan))),
-        )
+        return _kept(out, study, resume or extend)
     with locked(folder, study, resume) as sizes:
+        if out.exists() and not extend:  # another run has ended since
+            if not resume:
+                _clear(folder, study)
+            return _kept(out, study, resume)
         store.remove_leftovers(folder)
         shards = all_shards(study.plan, sizes)
         parts = Parts(folder, study.id, study.columns, known(out, study) if extend else None)
@@ -94,7 +89,7 @@ def run(
         todo = [s for s in shards if s not in kept]
         failed = compute(study.plan, parts, todo, workers, executor, _counting(shards, kept, progress))
         if not failed:
-            rows = pack(folder, out, replace=extend)
+            rows = packed(folder, out, replace=extend)
             shutil.rmtree(folder, ignore_errors=True)
     if failed:
         return RunReport(
@@ -123,6 +118,20 @@ def _grown(out: Path, study: Study) -> bool:
     with store.open_file(out) as file:
         same = file.attributes.get("study_id") == study.id
         return not (same and set(file.columns("points")) == set(study.columns))
+
+
+def _kept(out: Path, study: Study, resume: bool) -> RunReport:
+    """The report of a study that is there, finished; what is left of its parts goes."""
+    rows = _finished(out, study, resume)
+    _clear(parts_of(out), study)
+    return RunReport(
+        path=out,
+        points=rows.get("points", 0),
+        limits=rows.get("limits", 0),
+        seconds=0.0,
+        computed=0,
+        reused=len(all_shards(study.plan, sizes_of(study.plan))),
+    )
 
 
 def _finished(out: Path, study: Study, resume: bool) -> dict[str, int]:

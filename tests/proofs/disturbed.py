@@ -39,10 +39,10 @@ class Disturbance:
     sentence: str = ""
 
     def hits(self, call: Call) -> bool:
-        """Whether the call is one to disturb."""
+        """Whether the call is one to disturb; what fails by itself, as where a folder is there already, need not."""
         if not self.sentence:
             return call.name in CHANGES
-        return call.name in FAILING and (call.name not in OPENS or call.writes)
+        return call.done and call.name in FAILING and (call.name not in OPENS or call.writes)
 
     def options(self, call: Call) -> list[str]:
         """Of strace."""

@@ -6,6 +6,7 @@ Before the command the folder holds what its operation needs::
     resume   its two shards, of which one was cut short, and what killed writers leave behind
     pack     all shards
     merge    two databases
+    extend   the database of a smaller study
 """
 
 from __future__ import annotations
@@ -34,7 +35,7 @@ schema = 1
 [rotors]
 list = [{{ lock_number = {lock_number} }}]
 [axes]
-advance_ratio = {{ start = 0.0, stop = 1.0, count = 10 }}
+advance_ratio = {{ start = 0.0, stop = 1.0, count = {count} }}
 [compare]
 tolerances = [0.05]
 [output]
@@ -48,7 +49,7 @@ LEFTOVERS = (".out.h5.0123456789abcdef.tmp", f"{PARTS}/.limits-000000000000-0000
 class Operation:
     """A command on a folder (``{}``), the command that takes it up again, and what is there at the end.
 
-    ``prepare(folder)`` makes what is there before, and names the files that are damaged on purpose.
+    ``prepare(folder)`` makes what is there before, and names the files that are damaged, or old, on purpose.
     """
 
     name: str
@@ -64,12 +65,12 @@ def _nothing(folder: Path) -> Sequence[str]:
 
 def _all_shards(folder: Path) -> Sequence[str]:
     """The folder of a run that was stopped when it was about to pack."""
-    packing, running.pack = running.pack, _stopped
+    packing, running.packed = running.packed, _stopped
     try:
         with contextlib.suppress(KeyboardInterrupt):
             study.run(study.load_study(_study(folder.parent / "study.toml")), folder / OUT)
     finally:
-        running.pack = packing
+        running.packed = packing
     return ()
 
 
@@ -93,13 +94,19 @@ def _databases(folder: Path) -> Sequence[str]:
     return ()
 
 
-def _study(file: Path, lock_number: float = 4.0) -> Path:
-    file.write_text(STUDY.format(lock_number=lock_number), encoding="utf-8")
+def _smaller(folder: Path) -> Sequence[str]:
+    study.run(study.load_study(_study(folder.parent / "smaller.toml", count=5)), folder / OUT)
+    return (OUT,)
+
+
+def _study(file: Path, lock_number: float = 4.0, count: int = 9) -> Path:
+    file.write_text(STUDY.format(lock_number=lock_number, count=count), encoding="utf-8")
     return file
 
 
 RUN = ("run", "{}/../study.toml", "-o", f"{{}}/{OUT}", "--workers", "1")
 PACK, MERGE = ("pack", f"{{}}/{PARTS}"), ("merge", "{}/a.h5", "{}/b.h5", "-o", f"{{}}/{OUT}")
+EXTEND = (*RUN, "--extend")
 OPERATIONS = {
     operation.name: operation
     for operation in (
@@ -107,6 +114,7 @@ OPERATIONS = {
         Operation("resume", (*RUN, "--resume"), (*RUN, "--resume"), frozenset({OUT}), _some_shards),
         Operation("pack", PACK, PACK, frozenset({OUT, PARTS}), _all_shards),
         Operation("merge", MERGE, MERGE, frozenset({OUT, "a.h5", "b.h5"}), _databases),
+        Operation("extend", EXTEND, (*EXTEND, "--resume"), frozenset({OUT}), _smaller),
     )
 }
 
@@ -153,9 +161,13 @@ class Place:
         for name in sorted(n for n in there if not n.endswith((".tmp", ".lock"))):
             if not self._whole(name):
                 return f"{name} is half a file"
-        packed = OUT in there and PARTS not in self.operation.end  # then its shards go
+        packed = self._finished() and PARTS not in self.operation.end  # then its shards go
         gone = {n for n in saved - there if not n.endswith((".tmp", ".lock")) and not (packed and n.startswith(PARTS))}
         return f"{min(gone)} is gone" if gone else ""
+
+    def _finished(self) -> bool:
+        out = self.work / OUT
+        return out.exists() and out.read_bytes() != self.spoilt.get(OUT)
 
     def _whole(self, name: str) -> bool:
         file = self.work / name
@@ -171,14 +183,14 @@ class Place:
 
     def different(self) -> str:
         """Take the command up again: what is not as in a run in one go; or empty."""
-        finished = (self.work / OUT).exists()
+        finished = self._finished()
         names = [n for n in _files(self.work) if "-" in n and n.endswith(".h5")]
         kept = sum(self._whole(name) and (self.work / name).read_bytes() != self.spoilt.get(name) for name in names)
         status, said, answered = command(self.filled(self.operation.again))
         refused = finished and "is there already" in said and "--resume" not in self.operation.again
         if status and not refused:
             return f"status {status} when taken up: {said.strip()}"
-        if not self._whole(OUT):
+        if not (self._finished() and self._whole(OUT)):
             return "other data"
         reused = re.search(r"(\d+) kept", answered)
         if reused and not finished and int(reused[1]) != kept:
