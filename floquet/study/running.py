@@ -75,6 +75,7 @@ def run(
         raise InputError(f"{out} is not there to be extended: check the path, or run the study without --extend")
     if out.exists() and not (extend and _grown(out, study)):
         return _kept(out, study, resume or extend)
+    there = known(out, study) if extend else None  # or a refusal, before anything is written
     with locked(folder, study, resume) as sizes:
         if out.exists() and not extend:  # another run has ended since
             if not resume:
@@ -82,10 +83,10 @@ def run(
             return _kept(out, study, resume)
         store.remove_leftovers(folder)
         shards = all_shards(study.plan, sizes)
-        parts = Parts(folder, study.id, study.columns, known(out, study) if extend else None)
-        there = [s for s in shards if (folder / s.file).exists()]
-        kept = {s for s in there if sound(s, parts)}
-        _tell_of_damage([s for s in there if s not in kept])
+        parts = Parts(folder, study.id, study.columns, there)
+        made = [s for s in shards if (folder / s.file).exists()]
+        kept = {s for s in made if sound(s, parts)}
+        _tell_of_damage([s for s in made if s not in kept])
         todo = [s for s in shards if s not in kept]
         failed = compute(study.plan, parts, todo, workers, executor, _counting(shards, kept, progress))
         if not failed:
