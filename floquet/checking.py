@@ -50,18 +50,20 @@ class Recomputed:
 
 @dataclass(frozen=True, kw_only=True)
 class Checked:
-    """What was looked at in a database, and was found sound."""
+    """What was looked at in a database, and was found sound; equal data have equal digests."""
 
     values: int
     chunks: int
     schema: str
     sealed: bool
+    digest: str
     recomputed: Recomputed | None
 
     def __str__(self) -> str:
         seal = "its seal holds" if self.sealed else "it has no seal, and its metadata were read through"
-        first = f"{self.values} values in {self.chunks} chunks are as they were written (schema {self.schema}; {seal})"
-        return first if self.recomputed is None else f"{first}; {_told(self.recomputed)}"
+        first = f"{self.values} values in {self.chunks} chunks, digest {self.digest}, are as they were written"
+        again = "" if self.recomputed is None else f"; {_told(self.recomputed)}"
+        return f"{first} (schema {self.schema}; {seal}){again}"
 
 
 def _told(again: Recomputed) -> str:
@@ -100,6 +102,7 @@ def _look(path: str, sample: int, seed: int, beat: Beat) -> dict[str, Any]:
         if places := tuple(file.damaged(beat)):
             raise DamageError(path, places)
         found: dict[str, Any] = {"values": file.values(), "chunks": file.count(), "sealed": file.sealed}
+        found["digest"] = file.data_digest()
         found["schema"] = str(file.attributes["schema_version"])
         unlimited_memory()
         with _getting_on(beat):  # where nothing is compiled yet, the first row may take a minute

@@ -132,6 +132,8 @@ workers_flag = click.option(
 table_flag = click.option("--table", default="points", show_default=True, help="points or limits.")
 output_file = click.option("-o", "--output", required=True, help="File to write.")
 
+SCREEN = 1000
+"""Rows of a table on the screen, unless --limit is given."""
 REPORT = "tp1431"
 """The numbered studies' folder among the studies, and in results where they are written."""
 FILES = (".png", ".pdf", ".svg", ".csv", ".md", ".html", ".json", ".h5")
@@ -263,7 +265,7 @@ class Pace:
         came, took = done - self.first, now - self.began
         if not came or not took or done >= total:
             return ""
-        rate = [f"{self.points * came / total / took:.3g} points/s"] if self.points else []
+        rate = [f"{float(f'{self.points * came / total / took:.3g}'):.0f} points/s"] if self.points else []
         return ", ".join([*rate, f"{duration(took / came * (total - done))} left"])
 
 
@@ -426,7 +428,9 @@ def run(
     if columns:
         loaded = loaded.storing(separated(columns))
     if dry_run:
-        estimate = study.dry_run(loaded, workers=processors() if workers is None else workers)
+        say("floquet: a sample is made to see how long it takes")
+        count = processors() if workers is None else workers
+        estimate = study.dry_run(loaded, workers=count, out=output, resume=resume, extend=extend)
         show(style, estimate, lambda: report.estimate_text(estimate), lambda: [report.fields(estimate)])
         return 0
     return _run(loaded, output, resume, workers, style, dask, extend)
@@ -597,7 +601,12 @@ def query(
         if output is not None:
             say(f"wrote {export.write(asked, output)}")
         elif style is None:
-            answer(report.answer_table(asked))
+            text, rows = report.answer_table(asked, SCREEN if choice["limit"] is None else None)
+            answer(text)
+            if choice["limit"] is None and rows > SCREEN:
+                say(
+                    f"floquet: these are the first {SCREEN} of {rows} rows: give --limit, --csv, --json, or a file by -o"
+                )
         else:
             for block in export.text(asked, style):
                 answer(block, newline=False)

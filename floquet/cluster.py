@@ -84,6 +84,7 @@ def _local(library: Any, workers: int) -> Any:
             threads_per_worker=1,
             processes=True,
             dashboard_address=None,
+            scheduler_kwargs={"dashboard_address": "127.0.0.1:0"},  # its server is there all the same: at any free port
             memory_limit=0,
             silence_logs=logging.CRITICAL,
         )

@@ -125,7 +125,7 @@ class StorageError(FailedError):
 
     def __init__(self, path: str | Path, sentence: str) -> None:
         super().__init__(f"{path}: {sentence}")
-        self.path = str(path)
+        self.path, self.sentence = str(path), sentence
 
 
 class FloquetWarning(UserWarning):

@@ -113,6 +113,7 @@ def checked_format(out: str | Path) -> str:
 
 def _checked_place(out: str | Path, sources: Sequence[str]) -> Path:
     path = Path(out)
+    store.remove_leftovers(path.parent, path.name)
     if path.exists() and any(path.samefile(source) for source in sources):
         raise InputError(f"{out} is the database that is read, and would be lost: name another file with -o")
     if path.is_file() and _is_database(path):

@@ -17,6 +17,7 @@ import json
 import math
 from collections.abc import Iterable, Mapping, Sequence
 from enum import Enum, IntEnum
+from itertools import islice
 from pathlib import PurePath
 from typing import TYPE_CHECKING, Any
 
@@ -413,11 +414,12 @@ def stored_limits(database: Database, *, tolerance: float, metric: str, modes: S
     return [r for r in out if r["tolerance"] == tolerance and (not modes or r["mode"] in modes)]
 
 
-def answer_table(answer: Answer) -> str:
-    """What a query found as aligned text."""
+def answer_table(answer: Answer, most: int | None = None) -> tuple[str, int]:
+    """What a query found as aligned text, ``most`` rows of it, and how many there are."""
     columns = answer.columns
     pieces = ([words(piece[name], column.flags) for name, column in columns.items()] for piece in answer.pieces)
-    return table(list(columns), [row for lists in pieces for row in zip(*lists, strict=True)])
+    rows = list(islice((row for lists in pieces for row in zip(*lists, strict=True)), most))
+    return table(list(columns), rows), len(rows) if most is None or len(rows) < most else answer.count()
 
 
 def interpolated_records(found: Interpolated) -> list[Record]:
@@ -432,16 +434,22 @@ def fields(result: Any) -> Record:
 
 def estimate_text(estimate: Estimate) -> str:
     """What a study will make, and that its time is an estimate."""
-    found = {**fields(estimate), "seconds": f"about {estimate.seconds:.2g}, by a sample"}
+    about = {
+        "bytes": f"about {estimate.bytes / 1e6:.2g} MB, by a sample",
+        "seconds": f"about {estimate.seconds:.2g}, by a sample",
+    }
+    found = {name: value for name, value in {**fields(estimate), **about}.items() if value}
     return table(("what", "value"), [(name, str(value)) for name, value in found.items()])
 
 
 def run_text(finished: RunReport) -> str:
     """What a run did."""
-    parts = f"{finished.computed} parts computed, {finished.reused} kept, {len(finished.failed)} failed"
+    made = "made" if finished.copied else "computed"
+    parts = f"{finished.computed} parts {made}, {finished.reused} kept, {len(finished.failed)} failed"
     if finished.failed:
         return f"{finished.path} is not finished: {parts}; mend the cause and run again with --resume"
     if not finished.computed and not finished.seconds:
         return f"{finished.path} is this study already, finished: {finished.points} points"
-    points = f"{finished.points} points" + (f" ({finished.copied} copied)" if finished.copied else "")
+    copied = f"{finished.copied} copied, {finished.points - finished.copied} computed"
+    points = f"{finished.points} points" + (f" ({copied})" if finished.copied else "")
     return f"{finished.path}: {points}, {finished.limits} limits; {parts}, {finished.seconds:.1f} s"

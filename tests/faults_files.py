@@ -126,6 +126,7 @@ FILES: tuple[Mutant, ...] = (
         "if False:",
         f"{DASK} -k see_the_folder",
     ),
+    Mutant("remains of a seal passed over", READING, "seal.remains or ", "", f"{SEALED} -k left_of_a_seal"),
     Mutant("metadata unchecked", READING, "    if broken:\n", "    if False:\n", f"{SEALED} -k any_changed"),
     Mutant(
         "seal of the extents alone",

@@ -425,7 +425,25 @@ def test_run_resume_and_dry_run(run: Floquet, database: str) -> None:
     assert done.status == 0 and done.out.startswith("new.h5: 14 points, 14 limits")
     assert run("run", "small.toml", "-o", "json.h5", "--workers", "1", "--json").json["path"] == "json.h5"
     refused(run("run", "small.toml", "-o", "new.h5"), "new.h5", "--resume")
+    refused(run("run", "small.toml", "-o", "new.csv"), "new.csv ends in .csv", "name it new.h5", "floquet export")
     assert "already, finished" in run("run", "small.toml", "-o", "new.h5", "--resume").out
+
+
+def test_a_dry_run_counts_what_is_there(run: Floquet, database: str) -> None:
+    """Bytes are those of the file to a fifth, also of few columns; what is copied or kept is not computed again."""
+    text = Path("small.toml").read_text(encoding="utf-8")
+    Path("more.toml").write_text(text.replace("count = 7", "count = 2000"), encoding="utf-8")
+    for options in ((), ("--columns", "exponent_1")):
+        dry = run("run", "more.toml", "-o", "more.h5", "--dry-run", "--json", *options).json
+        assert (dry["copied"], dry["kept"]) == (0, 0)
+        assert run("run", "more.toml", "-o", "more.h5", "--workers", "1", *options).status == 0
+        with open_file("more.h5") as file:
+            stored = sum(file.size(table) for table in file.tables)
+        assert abs(dry["bytes"] / stored - 1) < 0.2
+        Path("more.h5").unlink()
+    Path("grown.toml").write_text(text.replace("list = [", "list = [\n{ lock_number = 9.0 },"), encoding="utf-8")
+    grown = run("run", "grown.toml", "-o", database, "--extend", "--dry-run", "--json").json
+    assert (grown["points"], grown["copied"]) == (21, 14)
 
 
 def test_run_stores_the_columns_that_are_named(run: Floquet, database: str) -> None:
@@ -577,6 +595,22 @@ def test_query_of_several_files(run: Floquet, database: str) -> None:
     refused(run("query", database, "x > 1", "y > 1"), "x > 1")
     assert run("run", "small.toml", "-o", "few.h5", "--workers", "1", "--columns", "lock").status == 0
     refused(run("query", database, "few.h5"), "few.h5: its table points and that of small.h5 have different columns")
+
+
+def test_the_screen_has_so_many_rows_unless_more_are_asked_for(
+    run: Floquet, database: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("floquet.cli.SCREEN", 5)
+    done = run("query", database)
+    assert len(done.out.splitlines()) == 2 + 5 and "the first 5 of 14 rows" in done.err and "-o" in done.err
+    for options, rows in ((("--limit", "9"), 9), (("--limit", "99"), 14), (("--by", "rotor"), 2)):
+        done = run("query", database, *options)
+        assert (len(done.out.splitlines()), done.err) == (2 + rows, "")
+    assert len(run("query", database, "--json").json) == 14
+
+
+def test_a_column_of_another_table_says_of_which(run: Floquet, database: str) -> None:
+    refused(run("query", database, "limit > 0.3"), "'limit' is no column of this table", "--table limits")
 
 
 def test_empty_answer_is_an_answer(run: Floquet, database: str) -> None:

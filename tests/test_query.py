@@ -21,7 +21,7 @@ from floquet import query, store
 from floquet.chunks import AHEAD
 from floquet.cli import main
 from floquet.comparison import compare
-from floquet.errors import DatabaseError, InputError, ParameterError, QueryError
+from floquet.errors import DatabaseError, FloquetWarning, InputError, ParameterError, QueryError
 from floquet.query import (
     Database,
     Interval,
@@ -826,6 +826,17 @@ def test_the_first_pass_skips_a_chunk_only_if_it_is_far_from_every_number() -> N
     np.testing.assert_array_equal(found["advance_ratio"], table["advance_ratio"][nearest(table["lock"], 0.9001)])
 
 
+def test_numbers_beyond_all_values_are_told(recwarn: pytest.WarningsRecorder) -> None:
+    table = points(640) | {"advance_ratio": np.linspace(0, 1, 640), "lock": np.full(640, np.nan)}
+    db = Database("x", FakeFile({"points": table}))
+    for near in ("advance_ratio=0", "advance_ratio=1", "advance_ratio=0.3333", "lock=2"):
+        db.query(f"nearest({near})")
+    assert not recwarn.list
+    for number, its in ((5, 1), (-0.25, 0)):
+        with pytest.warns(FloquetWarning, match=rf"which are 0 to 1: its rows are those of {its}$"):
+            assert db.query(f"nearest(advance_ratio={number})", columns="advance_ratio")["advance_ratio"] == [its]
+
+
 def test_nothing_is_nearest_where_nothing_is_finite() -> None:
     table = points(200) | {"lock": np.r_[np.full(100, np.nan), np.full(100, np.inf)]}
     db = Database("x", FakeFile({"points": table}))
@@ -911,6 +922,14 @@ def test_no_key_is_one_group_and_no_row_is_none(db: Database) -> None:
         found = db.groups("blades > 100", by=by, reduce="first(exponent_1), min(blades), mean(lock), count")
         assert [v.size for v in found.values()] == [0] * len(found)
         assert [v.dtype for v in found.values()][-4:] == [complex, np.int16, float, np.int64]
+
+
+def test_of_no_rows_the_count_is_zero_and_the_rest_is_nan(db: Database) -> None:
+    found = db.groups("blades > 100", reduce="count, count(lock), min(blades), mean(lock), median(lock)")
+    assert {name: values.tolist() for name, values in found.items() if "count" in name} == {
+        "count": [0], "count(lock)": [0]
+    }  # fmt: skip
+    assert all(np.isnan(values).all() and values.size == 1 for name, values in found.items() if "count" not in name)
 
 
 def test_nan_is_one_group_whatever_its_bits_and_so_is_zero() -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import ExitStack
 from functools import cached_property, partial
@@ -13,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from floquet.chunks import in_order
-from floquet.errors import DatabaseError, ParameterError, QueryError, did_you_mean, file_name
+from floquet.errors import DatabaseError, FloquetWarning, ParameterError, QueryError, did_you_mean, file_name
 from floquet.query.between import LEAST, MOST, MU, Interpolated, interpolated, kinds, wanted
 from floquet.query.frames import DERIVED, DESIGN, axes_columns, library, to_pandas, to_xarray
 from floquet.query.grid import Axis, axes_of, between, checked_design, conditions, finite, speeds_of
@@ -235,7 +236,8 @@ class Database:
     def _asked(self, expression: str, table: str) -> tuple[dict[str, Column], Scope, Predicate]:
         """The columns of a table, what an expression may name, and the expression, checked before a row is read."""
         present = self.columns(table)
-        scope = Scope.of(present, self.names, self._reader.left_out(table))
+        elsewhere = {name: other for other in self.tables if other != table for name in self.columns(other)}
+        scope = Scope.of(present, self.names, self._reader.left_out(table), elsewhere)
         return present, scope, compile_expression(expression, scope)
 
     def _rows(
@@ -403,6 +405,8 @@ class Database:
         search = Nearest(predicate.nearest)
         for _, chunk in self._reader.chunks(table, search.columns, skip=search.skip):
             search.add(chunk)
+        for sentence in search.beyond():
+            warnings.warn(sentence, FloquetWarning, stacklevel=4)
         return predicate.settled(search.found)
 
     def _pieces(

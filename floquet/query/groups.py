@@ -137,7 +137,13 @@ class Groups:
         return np.array(numbers)[code]
 
     def result(self) -> Rows:
-        """Groups in the order of their keys, nan last: first the keys, then the reductions."""
+        """Groups in the order of their keys, nan last: first the keys, then the reductions.
+
+        Without keys there is one, be it of no rows: counts are 0 then, and the others nan; but no row is the first.
+        """
+        if not self._by and not self._number and not any(isinstance(fold, _First) for fold in self._folds.values()):
+            none = {_Count: np.zeros(1, dtype=np.int64)}
+            return {name: none.get(type(fold), np.full(1, np.nan)) for name, fold in self._folds.items()}
         met = np.frombuffer(b"".join(self._number), dtype=float).reshape(len(self._number), max(1, len(self._by)))
         order = np.lexsort(met.T[::-1]) if self._by else np.arange(len(met))
         found = {name: met[order, i].astype(self._dtypes[name]) for i, name in enumerate(self._by)}

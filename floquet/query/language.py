@@ -90,16 +90,23 @@ def _apply(operation: Operation, kind: Kind, at: int, args: Sequence[Node]) -> N
 class Scope:
     """The columns an expression may name: all of them, those that are complex, and the words that some compare with.
 
-    Those in ``left_out`` the study did not store.
+    Those in ``left_out`` the study did not store; those of ``elsewhere`` another table of the file has.
     """
 
     dtypes: Mapping[str, np.dtype[Any]]
     complex_names: frozenset[str]
     words: Mapping[str, Sequence[tuple[int, str]]]
     left_out: frozenset[str] = frozenset()
+    elsewhere: Mapping[str, str] = field(default_factory=dict)
 
     @classmethod
-    def of(cls, columns: Mapping[str, Column], names: Sequence[str], left_out: Iterable[str] = ()) -> Scope:
+    def of(
+        cls,
+        columns: Mapping[str, Column],
+        names: Sequence[str],
+        left_out: Iterable[str] = (),
+        elsewhere: Mapping[str, str] | None = None,
+    ) -> Scope:
         dtypes: dict[str, np.dtype[Any]] = {}
         for name, column in columns.items():
             dtype = np.dtype(column.dtype)
@@ -113,6 +120,7 @@ class Scope:
             complex_names=frozenset(columns) - frozenset(dtypes),
             words=words,
             left_out=frozenset(left_out),
+            elsewhere=elsewhere or {},
         )
 
     def kind(self, name: str) -> Kind:
@@ -138,6 +146,8 @@ class Scope:
     def _hint(self, name: str) -> str:
         if name.lower() in KEYWORDS:
             return f"; write {name.lower()} in small letters"
+        if name in self.elsewhere:
+            return f"; it is one of the table {self.elsewhere[name]}, so ask for that (--table {self.elsewhere[name]})"
         if name.lower() in _KNOWN:
             return f"; {_KNOWN[name.lower()]}"
         for column, words in self.words.items():
@@ -154,7 +164,8 @@ class Scope:
             return found
         near = did_you_mean(node.word, [word for _, word in islice(words, 1000)])
         near = near or did_you_mean(node.word.lower(), [word.lower() for _, word in islice(words, 1000)])
-        listed = ", ".join(short(word) for _, word in words[:8]) + (", …" if len(words) > 8 else "")
+        named = list(islice(dict.fromkeys(word for _, word in words if word), 9))
+        listed = ", ".join(short(word) for word in named[:8]) + (", …" if len(named) > 8 else "")
         sentence = f"{short(node.word)!r} is no word of {name}, which has {listed}"
         raise QueryError(sentence + near, expression, node.at)
 

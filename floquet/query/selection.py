@@ -57,6 +57,17 @@ class Nearest:
         self._wanted = wanted
         self.columns = list(dict.fromkeys(column for column, _ in wanted.values()))
         self.found = dict.fromkeys(wanted, np.nan)
+        self._ranges = {column: (np.inf, -np.inf) for column in self.columns}
+
+    def beyond(self) -> Iterator[str]:
+        """What is to be said of numbers that lie beyond all values of their columns."""
+        for name, (column, number) in self._wanted.items():
+            low, high = self._ranges[column]
+            if np.isfinite([low, high]).all() and not low <= number <= high:
+                yield (
+                    f"nearest({column}={number:g}) lies beyond all values of {column}, which are {low:g} to {high:g}: "
+                    f"its rows are those of {self.found[name]:g}"
+                )
 
     def _distance(self, name: str) -> float:
         """What a value must not exceed to be looked at; inf as long as there is none."""
@@ -65,6 +76,8 @@ class Nearest:
 
     def skip(self, minima: Mapping[str, Any], maxima: Mapping[str, Any]) -> bool:
         """Does every value of a chunk with these ranges lie farther away than what is there?"""
+        for column, (low, high) in self._ranges.items():
+            self._ranges[column] = min(low, minima.get(column, -np.inf)), max(high, maxima.get(column, np.inf))
         return all(
             max(minima.get(column, -np.inf) - number, number - maxima.get(column, np.inf)) > self._distance(name)
             for name, (column, number) in self._wanted.items()

@@ -26,7 +26,7 @@ from . import schema
 from .digests import attributes_digest, integrity_digest, plain
 from .guard import ask
 from .schema import SCHEMA, TABLES, Column, stored_variables
-from .seal import Seal, chunk_extents
+from .seal import SIGNATURE, Seal, chunk_extents
 
 __all__ = ["File", "data_digest", "open_file", "verify"]
 
@@ -302,6 +302,10 @@ class File:
         """Number of values in all tables."""
         return sum(self.rows(table) * len(self._known(table)) for table in self.tables)
 
+    def size(self, table: str) -> int:
+        """Bytes that a table's chunks take on disk."""
+        return sum(int(self._dataset(table, name).id.get_storage_size()) for name in ("row", *self._known(table)))
+
     def count(self) -> int:
         """Number of chunks in all tables."""
         return sum(self._count(table) * len(self._known(table)) for table in self.tables)
@@ -367,10 +371,10 @@ def _opened(path: str | Path, examined: bool) -> tuple[h5py.File, bool]:
     try:
         with path.open("rb") as file:
             signature, seal = file.read(8), Seal(file)
-            broken = seal.present and not seal.holds()
+            broken = seal.remains or (seal.present and not seal.holds())
     except OSError as error:
         raise DatabaseError(path, f"cannot be read ({(error.strerror or str(error)).lower()})") from error
-    if signature != b"\x89HDF\r\n\x1a\n":
+    if signature != SIGNATURE:
         raise DatabaseError(path, "this is not an HDF5 file: a floquet database is made with floquet run")
     if broken:
         raise DamageError(path, ["metadata"])

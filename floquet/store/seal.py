@@ -9,7 +9,8 @@ HDF5 file, where readers do not look (the superblock says where it ends)::
     the last 48 bytes   count of extents, u64; end, u64; blake2b of extents, end and the bytes at the extents; MAGIC
 
 All numbers have their lowest byte first.  Chunks have digests of their own.  A program that writes to the file, or
-makes another of it, leaves no seal: its files are examined in a child process (:mod:`floquet.store.examine`).
+makes another of it, leaves no seal: its files are examined in a child process (:mod:`floquet.store.examine`).  It
+leaves nothing else behind the end either, so that bytes there that are no seal are what is left of one: damage.
 """
 
 from __future__ import annotations
@@ -26,11 +27,13 @@ from numpy.typing import NDArray
 
 from .files import Sink
 
-__all__ = ["Seal", "add_seal", "chunk_extents"]
+__all__ = ["SIGNATURE", "Seal", "add_seal", "chunk_extents"]
 
 MAGIC = b"\x89floquet\r\n\x1a\n\0\0\0\1"  # 16 bytes; a file that was sent as text loses it
 FOOTER = struct.Struct("<QQ16s16s")
 PIECE = 1 << 20  # bytes that are read at a time
+SIGNATURE = b"\x89HDF\r\n\x1a\n"
+ENDS = {0: 40, 1: 44, 2: 28, 3: 28}  # where a superblock of each version says at which byte HDF5 ends
 Extents = NDArray[np.uint64]
 
 
@@ -43,8 +46,17 @@ class Seal:
         last = file.read(FOOTER.size)
         count, self.end, self.digest, magic = FOOTER.unpack(last) if len(last) == FOOTER.size else (0, 0, b"", b"")
         self.present = magic == MAGIC
+        self.remains = not self.present and 0 < self._hdf5_ends() < self.size
         self.fits = self.present and self.end + 16 * count + FOOTER.size == self.size
         self.count = count
+
+    def _hdf5_ends(self) -> int:
+        """Where the superblock says that HDF5 ends, 0 where it says nothing."""
+        self.file.seek(0)
+        head = self.file.read(64)
+        if len(head) < 64 or not head.startswith(SIGNATURE) or (place := ENDS.get(head[8])) is None:
+            return 0
+        return int.from_bytes(head[place : place + 8], "little")
 
     def holds(self) -> bool:
         """Whether everything outside the chunks is as it was when the file was sealed."""

@@ -16,11 +16,23 @@ from pathlib import Path
 from typing import Any
 
 from .. import store
-from ..errors import DatabaseError, InputError, StorageError
+from ..errors import DatabaseError, InputError, StorageError, file_name
 from ..studyfile import Study
 from .shards import sizes_of
 
+OTHER_FORMATS = (".csv", ".json", ".parquet", ".toml", ".txt", ".xlsx", ".mat", ".png", ".pdf", ".svg")
 DAMAGED_JOURNAL = "its study.json is damaged: remove the folder and run the study again"
+
+
+def checked_output(out: str | Path) -> Path:
+    """Where a database is to be written; a name that promises another format is refused."""
+    path = file_name(out)
+    if path.suffix.lower() in OTHER_FORMATS:
+        raise InputError(
+            f"{path} ends in {path.suffix}, and a database is HDF5: name it {path.with_suffix('.h5').name}, and take "
+            f"{path.suffix} from it with floquet export"
+        )
+    return path
 
 
 def parts_of(out: str | Path) -> Path:

@@ -6,6 +6,7 @@ import contextlib
 import hashlib
 import json
 import time
+import tomllib
 import warnings
 from collections.abc import Sequence
 from itertools import combinations, pairwise, permutations
@@ -16,6 +17,7 @@ import numpy as np
 from .. import __version__, store
 from ..errors import FloquetWarning, InputError
 from .extending import DESIGN
+from .folder import checked_output
 from .packing import root_attributes
 
 
@@ -26,7 +28,7 @@ def merge(paths: Sequence[str | Path], out: str | Path) -> dict[str, int]:
     """
     if not paths:
         raise InputError("merge takes one database or more, and none was given")
-    if Path(out).exists():
+    if checked_output(out).exists():
         raise InputError(f"{out} is there already: choose another name or move it away")
     with contextlib.ExitStack() as stack:
         files = [stack.enter_context(store.open_file(p)) for p in paths]
@@ -87,9 +89,10 @@ def _refuse_twice(files: Sequence[store.File]) -> None:
     points = [_points(file) for file in files]
     for (a, mine), (b, theirs) in permutations(zip(files, points, strict=True), 2):
         if mine and all(ratios <= theirs.get(design, frozenset()) for design, ratios in mine.items()):
+            maps = ", as it is when one study was run with map = true and without" if _maps(a) != _maps(b) else ""
             raise InputError(
-                f"{b.path} has every design and advance ratio of {a.path}, as it is when one study was run with "
-                "map = true and without: its rows would stand twice, so give one of the two"
+                f"{b.path} has every design and advance ratio of {a.path}{maps}: its rows would stand twice, so give "
+                "one of the two"
             )
     for (a, mine), (b, theirs) in combinations(zip(files, points, strict=True), 2):
         for design, ratios in mine.items():
@@ -98,6 +101,13 @@ def _refuse_twice(files: Sequence[store.File]) -> None:
                     f"{a.path} and {b.path} both have {_described(design)} at μ = {min(shared):g}, and its row would "
                     "stand twice: run one study of both, or let one that has grown take its rows by --extend"
                 )
+
+
+def _maps(file: store.File) -> bool:
+    """Whether the study that a file keeps was of maps, as far as it says so."""
+    with contextlib.suppress(KeyError, TypeError, AttributeError, tomllib.TOMLDecodeError):
+        return bool(tomllib.loads(file.attributes["input"])["compare"]["map"])
+    return False
 
 
 def _described(design: bytes) -> str:

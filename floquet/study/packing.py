@@ -13,7 +13,7 @@ from typing import Any
 from .. import __version__, store
 from ..errors import DamageError, DatabaseError, InputError
 from ..sweep import ENGINE
-from .folder import DAMAGED_JOURNAL, alone, columns_of, journal_of, text_of
+from .folder import DAMAGED_JOURNAL, alone, checked_output, columns_of, journal_of, text_of
 from .shards import Parts, Shard, listed, ours, sound
 
 
@@ -22,7 +22,7 @@ def pack(folder: str | Path, out: str | Path) -> dict[str, int]:
 
     No run may be at the folder, which is said where it may be written to.
     """
-    folder, out = Path(folder), Path(out)
+    folder, out = Path(folder), checked_output(out)
     _refuse_database(out)
     if not (folder / "study.json").is_file():
         raise DatabaseError(

@@ -6,16 +6,16 @@ import contextlib
 import shutil
 import time
 import warnings
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass, field
 from pathlib import Path
 
 from .. import store
-from ..errors import DatabaseError, FloquetWarning, InputError
+from ..errors import DatabaseError, FloquetWarning, InputError, StorageError
 from ..studyfile import Study
 from .extending import known
-from .folder import journal_of, locked, parts_of, same_columns
+from .folder import checked_output, journal_of, locked, parts_of, same_columns
 from .packing import packed
 from .shards import Parts, Shard, all_shards, sizes_of, sound
 from .workers import compute
@@ -67,7 +67,7 @@ def run(
     progress : callable
         ``progress(done, total)`` in shards.
     """
-    began, out = time.monotonic(), Path(out)
+    began, out = time.monotonic(), checked_output(out)
     if workers < 1:
         raise InputError(f"workers = {workers} is no number of processes: give 1 or more")
     folder = parts_of(out)
@@ -88,9 +88,10 @@ def run(
         kept = {s for s in made if sound(s, parts)}
         _tell_of_damage([s for s in made if s not in kept])
         todo = [s for s in shards if s not in kept]
-        failed = compute(study.plan, parts, todo, workers, executor, _counting(shards, kept, progress))
+        with _resumable():
+            failed = compute(study.plan, parts, todo, workers, executor, _counting(shards, kept, progress))
+            rows = {} if failed else packed(folder, out, replace=extend)
         if not failed:
-            rows = packed(folder, out, replace=extend)
             shutil.rmtree(folder, ignore_errors=True)
     if failed:
         return RunReport(
@@ -112,6 +113,15 @@ def run(
         reused=len(kept),
         copied=parts.known.points if parts.known else 0,
     )
+
+
+@contextlib.contextmanager
+def _resumable() -> Iterator[None]:
+    """What could not be written is told with the way on."""
+    try:
+        yield
+    except StorageError as error:
+        raise StorageError(error.path, f"{error.sentence}, and --resume goes on from it") from error
 
 
 def _grown(out: Path, study: Study) -> bool:

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import functools
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from itertools import pairwise
 from pathlib import Path
@@ -24,7 +24,9 @@ from .extending import Known
 
 Rows = dict[str, NDArray[Any]]
 SHARDS = 32  # a study is cut into about so many, within these sizes:
-POINT_SHARD, LIMIT_SHARD = (4096, 2**20), (1, 1024)  # rows of points, designs; a file takes the time of 4000 rows
+POINT_SHARD = (4096, 10**6 // store.schema.CHUNK_ROWS * store.schema.CHUNK_ROWS)  # rows; a file takes the time of 4000
+LIMIT_SHARD = (1, 2**14)  # designs; the largest of both take about half a minute of one processor
+TOGETHER = 1024  # designs whose limits are computed at a time
 TABLE_ROWS: dict[str, Callable[..., Rows]] = {"points": point_rows, "limits": limit_rows}
 
 
@@ -93,11 +95,12 @@ def make(plan: Plan, shard: Shard, parts: Parts) -> str:
     about = {"study_id": parts.study_id, "engine_version": ENGINE, "shard": shard.name}
     wanted, blocks = (parts.columns,) if shard.table == "points" else (), _blocks(shard, plan)
     rows_of = TABLE_ROWS[shard.table] if parts.known is None else functools.partial(parts.known.rows, shard.table)
-    made = (rows_of(plan, *block, *wanted) for block in blocks)
-    first = next(made)
-    count = shard.stop - shard.start if shard.table == "points" else len(first["rotor"])
+    made: Iterable[Rows] = (rows_of(plan, *block, *wanted) for block in blocks)
+    count = shard.stop - shard.start
+    if shard.table == "limits":  # how many rows they have is known when they are there
+        made = list(made)
+        count = sum(len(rows["rotor"]) for rows in made)
     with store.create(out, {shard.table: count}, about, columns=columns) as writers:
-        writers[shard.table].add(first)
         for rows in made:
             writers[shard.table].add(rows)
     return shard.file
@@ -106,7 +109,7 @@ def make(plan: Plan, shard: Shard, parts: Parts) -> str:
 def _blocks(shard: Shard, plan: Plan) -> list[tuple[int, int]]:
     """Ranges that are computed at a time: of points the database's chunks, or whole designs that are mapped."""
     if shard.table == "limits":
-        return [(shard.start, shard.stop)]
+        return list(pairwise([*range(shard.start, shard.stop, TOGETHER), shard.stop]))
     whole = plan.advance_ratio.size if plan.map else store.schema.CHUNK_ROWS
     step = whole * max(1, store.schema.CHUNK_ROWS // whole)
     inner = range((shard.start // step + 1) * step, shard.stop, step)
