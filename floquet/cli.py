@@ -605,7 +605,7 @@ def query(
             answer(text)
             if choice["limit"] is None and rows > SCREEN:
                 say(
-                    f"floquet: these are the first {SCREEN} of {rows} rows: give --limit, --csv, --json, or a file by -o"
+                    f"floquet: these are the first {SCREEN} of {rows} rows: give --limit, --csv, --json or a file by -o"
                 )
         else:
             for block in export.text(asked, style):

@@ -14,6 +14,38 @@ SHARED, DASK = "floquet/study/workers.py", "tests/test_cluster.py"
 
 FILES: tuple[Mutant, ...] = (
     Mutant(
+        "other endings taken for databases",
+        "floquet/study/folder.py",
+        "if path.suffix.lower() in OTHER_FORMATS:",
+        "if False:",
+        "tests/test_cli.py -k run_resume",
+    ),
+    Mutant(
+        "few bytes a row", "floquet/study/estimating.py", "stored / size)", "stored / most)", "tests/test_cli.py -k dry"
+    ),
+    Mutant(
+        "what is copied counted",
+        "floquet/study/estimating.py",
+        "copied = there.points",
+        "copied = 0",
+        "tests/test_cli.py -k dry",
+    ),
+    Mutant(
+        "a full disk without the way on",
+        "floquet/study/running.py",
+        ", and --resume goes on from it",
+        "",
+        f"{STUDY} -k full_disk_in_a_worker",
+    ),
+    Mutant("the port of another cluster", "floquet/cluster.py", "127.0.0.1:0", ":8787", f"{DASK} -k command_line"),
+    Mutant(
+        "limits of the first designs alone",
+        "floquet/study/shards.py",
+        "        made = list(made)\n",
+        "        made = list(made)[:1]\n",
+        f"{STUDY} -k together",
+    ),
+    Mutant(
         "rows lost by extending",
         "floquet/study/extending.py",
         "    if lost:\n",

@@ -17,6 +17,14 @@ GRID, GROUPS, DATABASE, PIECES, OUT, DIGESTS = (
 BETWEEN, OPEN = "tests/test_grid.py", "tests/test_openness.py"
 
 QUERIES: tuple[Mutant, ...] = (
+    Mutant("screens without end", "floquet/cli.py", 'SCREEN if choice["limit"] is None else None', "None",
+           "tests/test_cli.py -k screen"),
+    Mutant("numbers beyond all values untold", PIECES, "not low <= number <= high", "False",
+           "tests/test_query.py -k beyond_all"),
+    Mutant("no count of nothing", GROUPS, "if not self._by and not self._number and not", "if False and not",
+           "tests/test_query.py -k of_no_rows"),
+    Mutant("no table for a column", "floquet/query/language.py", "if name in self.elsewhere:", "if False:",
+           "tests/test_cli.py -k another_table"),
     Mutant("no more error at an edge", GRID, "AT_EDGE = 4.0", "AT_EDGE = 1.0", BETWEEN),
     Mutant("layers of another kind", GRID, "if (kind[layer] == own).all():", "if True:", BETWEEN),
     Mutant("cells of two kinds", GRID, "    _check_cell(axes, ends, kinds, present)\n", "", BETWEEN),

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ast
+import contextlib
 import multiprocessing
 import os
 import random
@@ -274,6 +275,9 @@ def test_the_command_line_runs_on_dask_and_says_what_it_cannot(
     monkeypatch.setattr(cluster, "CONNECT", 2.0)
     (tmp_path / "spread.toml").write_text(STUDY)
     monkeypatch.chdir(tmp_path)
+    another = contextlib.ExitStack()
+    with contextlib.suppress(OSError):  # has the port already
+        another.enter_context(socket.create_server(("", 8787)))
     for command, status, words in (
         ("-o a.h5 --dask local --workers 2", 0, ""),
         ("-o a.h5 --dask local --workers 1", 2, "a.h5 is there already"),
@@ -287,6 +291,7 @@ def test_the_command_line_runs_on_dask_and_says_what_it_cannot(
         said = "\n".join(line for line in said.splitlines() if not line.startswith("spread, parts:"))
         assert end.value.code == status and words in said and bool(out) == (status == 0), said
         assert len(said.splitlines()) == (status > 0) and not _workers()
+    another.close()
     study.run(study.load_study("spread.toml"), "serial.h5")
     assert store.data_digest("a.h5") == store.data_digest("serial.h5") and not Path("b.h5.parts").exists()
 

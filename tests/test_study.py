@@ -819,6 +819,19 @@ def test_ten_kills_at_random_moments_lose_nothing(file: Path, tmp_path: Path) ->
     assert killed == whole and 0 < reused <= kept
 
 
+def test_how_many_limits_are_computed_together_makes_no_difference(
+    file: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    digests = set()
+    for together in (1024, 2):
+        monkeypatch.setattr(shards, "TOGETHER", together)
+        monkeypatch.setattr(shards, "LIMIT_SHARD", (5, 5))
+        out = tmp_path / f"{together}.h5"
+        assert study.run(study.load_study(file), out).limits > 5
+        digests.add(store.data_digest(out))
+    assert len(digests) == 1
+
+
 @pytest.mark.usefixtures("quick")
 def test_resume_keeps_the_sizes_of_shards_it_began_with(
     tiny: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
