@@ -21,7 +21,11 @@ FILES: tuple[Mutant, ...] = (
         "tests/test_cli.py -k run_resume",
     ),
     Mutant(
-        "few bytes a row", "floquet/study/estimating.py", "stored / size)", "stored / most)", "tests/test_cli.py -k dry"
+        "bytes not by the sample",
+        "floquet/study/estimating.py",
+        "        size = sum(s.size * counts[t] for t, s in found.items())\n",
+        "",
+        "tests/test_cli.py -k dry",
     ),
     Mutant(
         "what is copied counted",
