@@ -17,7 +17,7 @@ GRID, GROUPS, DATABASE, PIECES, OUT, DIGESTS = (
 BETWEEN, OPEN = "tests/test_grid.py", "tests/test_openness.py"
 
 QUERIES: tuple[Mutant, ...] = (
-    Mutant("screens without end", "floquet/cli.py", 'SCREEN if choice["limit"] is None else None', "None",
+    Mutant("screens without end", "floquet/cli/queries.py", 'SCREEN if choice["limit"] is None else None', "None",
            "tests/test_cli.py -k screen"),
     Mutant("numbers beyond all values untold", PIECES, "not low <= number <= high", "False",
            "tests/test_query.py -k beyond_all"),

@@ -26,23 +26,33 @@ from tests.faults_query import QUERIES  # noqa: E402
 LEFT_OUT = shutil.ignore_patterns(".git", ".venv", "results", "__pycache__", ".*_cache", ".hypothesis", "dist", "build")
 
 
-CLI, REPORT, JUDGED, JSON = "floquet/cli.py", "floquet/report.py", "floquet/judgement.py", "floquet/plain.py"
+REPORT, JUDGED, JSON = "floquet/report.py", "floquet/judgement.py", "floquet/plain.py"
 LAYERS, ASKED = "tests/test_layers.py", "tests/test_cli.py"
 AT_EDGES, DRAWN = "floquet/plot/at_edges.py", "tests/test_plot.py -k errors"
 OTHERS: tuple[Mutant, ...] = (
     Mutant("module for function", "floquet/__init__.py", "value = value.sweep", "pass", LAYERS),
     Mutant("no line in an error", "floquet/errors.py", '}:{p.line}" if p.line', '}" if p.line', ASKED),
-    Mutant("NumPy for --help", CLI, "\nimport click\n", "\nimport click, numpy\n", LAYERS),
-    Mutant("failed parts are done", CLI, "return 3 if finished.failed else 0", "return 0", ASKED),
-    Mutant("damage is done", CLI, "return _fail(str(error), 1)\n    return 0", "return 0", ASKED),
-    Mutant("no room is bad input", CLI, "1 if isinstance(error, FailedError) else 2", "2", ASKED),
+    Mutant("NumPy for --help", "floquet/cli/options.py", "\nimport click\n", "\nimport click, numpy\n", LAYERS),
+    Mutant(
+        "failed parts are done", "floquet/cli/databases.py", "return 3 if finished.failed else 0", "return 0", ASKED
+    ),
+    Mutant("damage is done", "floquet/cli/databases.py", "return fail(str(error), 1)\n    return 0", "return 0", ASKED),
+    Mutant("no room is bad input", "floquet/cli/ending.py", "1 if isinstance(error, FailedError) else 2", "2", ASKED),
     Mutant("limits of other rotors", JUDGED, "(1.0 - CHANGE, 1.0 + CHANGE)", "(1.0 + CHANGE, 1.0 - CHANGE)", ASKED),
-    Mutant("a warning for every call", CLI, "said.add(text)", "pass", ASKED),
-    Mutant("teetering with four blades", CLI, 'changes.setdefault("blades", 2)', "pass", ASKED),
-    Mutant("flags forgotten", CLI, "load_rotor(file).replace(**changes)", "load_rotor(file)", ASKED),
-    Mutant("a flag that is off counts", CLI, " and values[name] is not False}", "}", ASKED),
-    Mutant("closed pipe fails", CLI, "raise click.exceptions.Exit(0)", "raise click.exceptions.Exit(1)", ASKED),
-    Mutant("talk every 100 s", CLI, "- last >= 10.0", "- last >= 100.0", ASKED),
+    Mutant("a warning for every call", "floquet/cli/ending.py", "said.add(text)", "pass", ASKED),
+    Mutant("teetering with four blades", "floquet/cli/rotors.py", 'changes.setdefault("blades", 2)', "pass", ASKED),
+    Mutant(
+        "flags forgotten", "floquet/cli/rotors.py", "load_rotor(file).replace(**changes)", "load_rotor(file)", ASKED
+    ),
+    Mutant("a flag that is off counts", "floquet/cli/rotors.py", " and values[name] is not False}", "}", ASKED),
+    Mutant(
+        "closed pipe fails",
+        "floquet/cli/talk.py",
+        "raise click.exceptions.Exit(0)",
+        "raise click.exceptions.Exit(1)",
+        ASKED,
+    ),
+    Mutant("talk every 100 s", "floquet/cli/talk.py", "- last >= 10.0", "- last >= 100.0", ASKED),
     Mutant(
         "nan in JSON", JSON, "return None if math.isnan(value) else", "return value if math.isnan(value) else", ASKED
     ),

@@ -20,7 +20,9 @@ import h5py
 import pytest
 
 from floquet import Rotor, compare, load_rotor, lock_windows, validity_limit
-from floquet.cli import ROTOR_FLAGS, command, duration, main, progress
+from floquet.cli import command, main
+from floquet.cli.options import ROTOR_FLAGS
+from floquet.cli.talk import duration, progress
 from floquet.report import NO_INFLOW
 from floquet.store import ALWAYS, data_digest, open_file
 from floquet.study import RunReport, load_study
@@ -479,7 +481,7 @@ def test_interrupt_is_130_and_says_how_to_go_on(run: Floquet, database: str, mon
         raise KeyboardInterrupt
 
     monkeypatch.setattr("floquet.study.run", interrupted)
-    monkeypatch.setattr("floquet.cli._abandon_output", lambda: None)  # it would close pytest's own stdout
+    monkeypatch.setattr("floquet.cli.talk.abandon_output", lambda: None)  # it would close pytest's own stdout
     done = run("run", "small.toml", "-o", "new.h5")
     assert done.status == 130 and "new.h5.parts: go on with --resume" in done.err and "interrupted" in done.err
 
@@ -488,7 +490,7 @@ def test_progress_is_a_line_every_ten_seconds(
     capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     clock = iter([0.0, 3.0, 11.0, 12.0, 25.0])
-    monkeypatch.setattr("floquet.cli.time.monotonic", lambda: next(clock))
+    monkeypatch.setattr("floquet.cli.talk.time.monotonic", lambda: next(clock))
     with progress("parts", 800) as done:
         for i in range(1, 5):
             done(i, 4)
@@ -600,7 +602,7 @@ def test_query_of_several_files(run: Floquet, database: str) -> None:
 def test_the_screen_has_so_many_rows_unless_more_are_asked_for(
     run: Floquet, database: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("floquet.cli.SCREEN", 5)
+    monkeypatch.setattr("floquet.cli.queries.SCREEN", 5)
     done = run("query", database)
     assert len(done.out.splitlines()) == 2 + 5 and "the first 5 of 14 rows" in done.err and "-o" in done.err
     for options, rows in ((("--limit", "9"), 9), (("--limit", "99"), 14), (("--by", "rotor"), 2)):
@@ -669,7 +671,7 @@ def test_studies_come_with_the_package(run: Floquet, tmp_path: Path, monkeypatch
     assert run("study").out.startswith("validity: ")
     refused(run("study", "validty"), "did you mean 'validity'")
     (tmp_path / "small.toml").write_text(STUDY, encoding="utf-8")
-    monkeypatch.setattr("floquet.cli.studies_folder", lambda: tmp_path)
+    monkeypatch.setattr("floquet.cli.studies.studies_folder", lambda: tmp_path)
     monkeypatch.chdir(tmp_path)
     assert run("study", "small", "--workers", "1").out.startswith("small.h5: 14 points")
     assert run("study", "--all", "--resume").status == 0
@@ -695,7 +697,7 @@ def test_numbered_studies_are_written_with_their_page(
     (folder / "tp1431").mkdir(parents=True)
     (folder / "small.toml").write_text(STUDY, encoding="utf-8")
     (folder / "tp1431" / "figure-2.py").write_text(NUMBERED, encoding="utf-8")
-    monkeypatch.setattr("floquet.cli.studies_folder", lambda: folder)
+    monkeypatch.setattr("floquet.cli.studies.studies_folder", lambda: folder)
     monkeypatch.chdir(tmp_path)
     done = run("study", "figure-2")
     assert done.status == 0 and "What it shows." in done.out and re.search(r"one +1\.25", done.out)
