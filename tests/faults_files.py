@@ -14,6 +14,9 @@ SHARED, DASK = "floquet/study/workers.py", "tests/test_cluster.py"
 
 FILES: tuple[Mutant, ...] = (
     Mutant(
+        "notes removed with the parts", "floquet/study/folder.py", '"points-*.h5", ', '"*", ', f"{STUDY} -k others_put"
+    ),
+    Mutant(
         "other endings taken for databases",
         "floquet/study/folder.py",
         "if path.suffix.lower() in OTHER_FORMATS:",

@@ -609,6 +609,14 @@ def test_parts_that_a_killed_run_left_beside_its_database_go(tiny: Path, tmp_pat
         assert folder.exists() == stays and store.verify(out) == ()
 
 
+@pytest.mark.usefixtures("quick")
+def test_what_others_put_among_the_parts_stays(tiny: Path, tmp_path: Path) -> None:
+    folder = _unpacked(tiny, tmp_path / "out.h5")
+    (folder / "notes.txt").write_text("why this study")
+    study.run(study.load_study(tiny), tmp_path / "out.h5", resume=True)
+    assert [path.name for path in folder.iterdir()] == ["notes.txt"]
+
+
 @pytest.mark.parametrize("name", ["with two spaces/out 1.h5", "Läufe/μ=0.35 ∂.h5", "[a]*?.h5", "-o.h5", "'quoted\".h5"])
 def test_any_name_of_a_file_will_do(tiny: Path, tmp_path: Path, name: str) -> None:
     """Run, resumed, merged and asked from another folder, nothing left behind."""

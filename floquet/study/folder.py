@@ -40,6 +40,15 @@ def parts_of(out: str | Path) -> Path:
     return Path(f"{out}.parts")
 
 
+def remove_parts(folder: Path) -> None:
+    """Remove a study's folder; what others have put into it stays there, and the folder with it."""
+    ours = ("study.json", "study.toml", "points-*.h5", "limits-*.h5", ".*.tmp", ".lock")
+    with contextlib.suppress(OSError):
+        for path in [path for pattern in ours for path in folder.glob(pattern)]:
+            path.unlink(missing_ok=True)
+        folder.rmdir()
+
+
 @contextlib.contextmanager
 def locked(folder: Path, study: Study, resume: bool) -> Iterator[dict[str, int]]:
     """The study's folder, made or taken up, for one run at a time; gives the shard sizes that it began with."""

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import contextlib
-import shutil
 import time
 import warnings
 from collections.abc import Callable, Iterator, Sequence
@@ -15,7 +14,7 @@ from .. import store
 from ..errors import DatabaseError, FloquetWarning, InputError, StorageError
 from ..studyfile import Study
 from .extending import known
-from .folder import checked_output, journal_of, locked, parts_of, same_columns
+from .folder import checked_output, journal_of, locked, parts_of, remove_parts, same_columns
 from .packing import packed
 from .shards import Parts, Shard, all_shards, sizes_of, sound
 from .workers import compute
@@ -92,7 +91,7 @@ def run(
             failed = compute(study.plan, parts, todo, workers, executor, _counting(shards, kept, progress))
             rows = {} if failed else packed(folder, out, replace=extend)
         if not failed:
-            shutil.rmtree(folder, ignore_errors=True)
+            remove_parts(folder)
     if failed:
         return RunReport(
             path=out,
@@ -178,7 +177,7 @@ def _clear(folder: Path, study: Study) -> None:
     journal = folder / "study.json"
     with contextlib.suppress(DatabaseError):
         if not journal.exists() or journal_of(folder).get("study_id") == study.id:
-            shutil.rmtree(folder, ignore_errors=True)
+            remove_parts(folder)
 
 
 def _counting(shards: Sequence[Shard], kept: set[Shard], progress: Progress | None) -> Callable[[Shard], None]:
