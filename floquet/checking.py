@@ -87,6 +87,8 @@ def check(path: str | Path, *, sample: int = SAMPLE, seed: int = 0, patience: fl
     """
     if isinstance(sample, bool) or not isinstance(sample, int) or sample < 0:
         raise InputError(f"sample = {sample!r} is no number of rows: give 0 or more")
+    if isinstance(seed, bool) or not isinstance(seed, int) or seed < 0:
+        raise InputError(f"seed = {seed!r} is no number that rows are chosen by: give 0 or more")
     found = ask("floquet.checking", path, str(sample), str(seed), patience=patience)
     again = found.pop("recomputed")
     return Checked(recomputed=again and Recomputed(**{**again, "others": tuple(again["others"])}), **found)

@@ -252,6 +252,7 @@ def _to_netcdf(answer: Answer, out: Path) -> None:
     kept = {
         k: v for k, v in answer.attributes.items() if k not in ("attributes_digest", "schema_version", "Conventions")
     }
+    kept["rotor_names"] = json.dumps(list(answer.names), ensure_ascii=False)
     count = answer.count()
     with store.create(out, {"answer": count}, kept, columns={"answer": columns}, root="answer") as writers:
         for piece in answer.pieces:

@@ -240,6 +240,7 @@ def load_study(path: str | Path) -> Study:
     except InputError as error:
         raise ConfigError(path, [Problem(0, "", str(error))]) from error
     _tell_repeated(plan)
+    _tell_percent(plan)
     return Study(
         name=data.study.name,
         title=data.study.title or data.study.name,
@@ -260,6 +261,17 @@ def _check_size(designs: int, ratios: int = 1) -> None:
         raise InputError(
             f"the study has {designs} designs at {ratios} advance ratios, {designs * ratios} points, and the most is "
             f"{MOST_POINTS}: take fewer advance ratios or designs, or cut it into several studies"
+        )
+
+
+def _tell_percent(plan: Plan) -> None:
+    """A relative error of more than 1 is seldom meant."""
+    large = [t for metric, t in plan.tolerances if metric is Metric.RELATIVE and t > 1.0]
+    if large:
+        warnings.warn(
+            f"compare.tolerances has {large[0]:g}, which is {100 * large[0]:g} %: 5 % is 0.05",
+            FloquetWarning,
+            stacklevel=3,
         )
 
 

@@ -96,6 +96,9 @@ def read_document(path: str | os.PathLike[str]) -> Document:
         return parse_document(raw.decode("utf-8-sig"), path)
     except UnicodeDecodeError as error:
         line = raw.count(b"\n", 0, error.start) + 1
+        if raw.startswith(b"\x89HDF"):
+            problem = Problem(0, "", "this is an HDF5 file, such as a database is, and a rotor or a study is TOML")
+            raise ConfigError(os.fspath(path), [problem]) from None
         sentence = f"byte {raw[error.start]:#04x} is not UTF-8, which TOML must be; save the file again as UTF-8"
         raise ConfigError(os.fspath(path), [Problem(line, "", sentence)]) from None
 

@@ -14,6 +14,93 @@ SHARED, DASK = "floquet/study/workers.py", "tests/test_cluster.py"
 
 FILES: tuple[Mutant, ...] = (
     Mutant(
+        "rows of a database that was replaced",
+        "floquet/study/running.py",
+        "if there is not None and there.digest != store.data_digest(out):",
+        "if False:",
+        "tests/test_extend.py -k at_once_take",
+    ),
+    Mutant(
+        "replaced while it is read",
+        "floquet/study/extending.py",
+        "if file.data_digest() != self.digest:",
+        "if False:",
+        "tests/test_extend.py -k at_once_take",
+    ),
+    Mutant(
+        "limits lost by extending",
+        "floquet/study/extending.py",
+        "            _refuse_lost_limits(file, plan)\n",
+        "            pass\n",
+        "tests/test_extend.py -k has_no_row_there",
+    ),
+    Mutant(
+        "columns lost by extending",
+        "floquet/study/extending.py",
+        "        _refuse_lost_columns(file, study)\n",
+        "",
+        "tests/test_extend.py -k has_no_row_there",
+    ),
+    Mutant(
+        "merged rows of this engine",
+        "floquet/study/merging.py",
+        'int(first.attributes["engine_version"]),',
+        "",
+        f"{STUDY} -k keep_the_number",
+    ),
+    Mutant(
+        "packed rows of this engine",
+        "floquet/study/packing.py",
+        "*told, _engine(parts, everything)",
+        "*told",
+        f"{STUDY} -k keep_the_number",
+    ),
+    Mutant(
+        "living leftovers removed",
+        "floquet/store/files.py",
+        "fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)",
+        "pass",
+        f"{STUDY} -k those_that_live",
+    ),
+    Mutant(
+        "what came meanwhile replaced",
+        "floquet/store/files.py",
+        "                if not replace:\n",
+        "                if False:\n",
+        f"{STUDY} -k those_that_live",
+    ),
+    Mutant(
+        "everybody may read it",
+        "floquet/store/files.py",
+        "shutil.copymode(path, temporary)",
+        "pass",
+        f"{STUDY} -k those_that_live",
+    ),
+    Mutant(
+        "journals believed",
+        "floquet/study/folder.py",
+        ' or about.get("digest") != _digest(about)',
+        "",
+        f"{STUDY} -k journal_that_was",
+    ),
+    Mutant(
+        "numbers packed in another way",
+        READING,
+        "            if self.sealed:\n                raise\n",
+        "            raise\n",
+        f"{SEALED} -k another_way",
+    ),
+    Mutant(
+        "pipes waited for", READING, "    if not path.is_file():\n", "    if False:\n", "tests/test_store.py -k pipe"
+    ),
+    Mutant(
+        "names of rotors that stand twice",
+        "floquet/study/merging.py",
+        "design, piece = values.tobytes()",
+        "design, piece = str(file.names).encode() + values.tobytes()",
+        f"{STUDY} -k another_name",
+    ),
+    Mutant(
         "notes removed with the parts", "floquet/study/folder.py", '"points-*.h5", ', '"*", ', f"{STUDY} -k others_put"
     ),
     Mutant(

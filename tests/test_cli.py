@@ -611,6 +611,38 @@ def test_the_screen_has_so_many_rows_unless_more_are_asked_for(
     assert len(run("query", database, "--json").json) == 14
 
 
+def test_files_are_one_by_whatever_name_and_options_between_rows_are_not_passed_over(
+    run: Floquet, database: str
+) -> None:
+    Path("link.h5").symlink_to(database)
+    refused(run("query", database, "link.h5"), "link.h5 is given twice")
+    refused(run("query", database, f"./{database}"), "is given twice")
+    at = ("--at", "advance_ratio=.1", "--at")
+    refused(run("query", database, "rotor == 0", *at, "advance-ratio=.3"), "advance_ratio is given twice")
+    refused(run("query", database, "rotor == 0", *at[:2], "--limit", "0"), "leave --limit out")
+
+
+def test_parts_that_stand_in_the_whole_are_written_once(run: Floquet, database: str) -> None:
+    for kind in ("nc", "parquet", "csv"):
+        assert run("query", database, "--columns", "exponent_1_re,exponent_1", "-o", f"x.{kind}").status == 0
+    assert Path("x.csv").read_text(encoding="utf-8").splitlines()[0] == "exponent_1_re,exponent_1_im"
+
+
+def test_nothing_near_to_several_numbers_is_told(run: Floquet, database: str) -> None:
+    done = run("query", database, "nearest(lock_number=7.9, hinge_stiffness=0.2)")
+    assert done.status == 0 and "no row has all of these values" in done.err
+    assert run("query", database, "nearest(lock_number=7.9, hinge_stiffness=0.01)").err == ""
+
+
+def test_what_is_no_study_is_said(run: Floquet, database: str) -> None:
+    refused(run("run", database, "-o", "z.h5"), "this is an HDF5 file", "TOML")
+    Path("folder").mkdir()
+    refused(run("run", "small.toml", "-o", "folder"), "folder is a folder", "folder/out.h5")
+    percent = Path("small.toml").read_text(encoding="utf-8").replace("[0.05, 0.1]", "[5, 10]")
+    Path("percent.toml").write_text(percent, encoding="utf-8")
+    assert "which is 500 %: 5 % is 0.05" in run("run", "percent.toml", "-o", "p.h5", "--dry-run").err
+
+
 def test_a_column_of_another_table_says_of_which(run: Floquet, database: str) -> None:
     refused(run("query", database, "limit > 0.3"), "'limit' is no column of this table", "--table limits")
 
@@ -650,7 +682,7 @@ def test_a_setting_that_means_nothing_is_refused(run: Floquet, monkeypatch: pyte
 
 
 def test_pack_makes_what_run_makes(run: Floquet, database: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("floquet.study.running.shutil.rmtree", lambda *_, **__: None)
+    monkeypatch.setattr("floquet.study.running.remove_parts", lambda *_: None)
     assert run("run", "small.toml", "-o", "new.h5", "--workers", "1").status == 0
     refused(run("pack", "new.h5.parts"), "new.h5 is there already")
     Path("new.h5").unlink()

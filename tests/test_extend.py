@@ -10,9 +10,9 @@ import h5py
 import pytest
 
 from floquet import store, study
-from floquet.errors import InputError
+from floquet.errors import DatabaseError, InputError
 from floquet.query import open_database
-from floquet.study import extending, shards
+from floquet.study import extending, running, shards
 
 SMALL = """
 [study]
@@ -88,7 +88,6 @@ LONG = {"ratios": "{ start = 0.0, stop = 1.0, count = 240 }", "map": "true", "to
     ({"tolerances": "[0.05, 0.1]"}, {"tolerances": "[0.1, 0.05]"}, 0, 5),
     ({}, {"mu_max": 0.4}, 0, 5),
     ({"tolerances": "[]"}, {"tolerances": "[0.05]"}, 0, 5),
-    ({}, {"columns": '["exponent_1"]'}, 0, 0),
     (LONG, {"rotors": MORE}, 5 * 240, 0),
     (LONG, {"ratios": "{ start = 0.0, stop = 1.0, count = 479 }"}, 5 * 479, 0),
     ({}, {"ratios": "{ start = 0.0, stop = 0.5, count = 501 }"}, 5 * 501, 0),  # few points have other last digits
@@ -170,6 +169,55 @@ def test_what_is_there_survives_until_the_new_one_is_whole(
     assert study.run(grown, out, extend=True).computed == 0  # it is this study already
 
 
+def test_two_that_extend_at_once_take_no_row_from_a_wrong_place(
+    written: Written, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Between looking at the database and having the folder another one has replaced it; and while rows are taken."""
+    out = tmp_path / "out.h5"
+    study.run(written(), out)
+    grown, more = written(ratios=FINER), written(rotors=MORE, ratios=FINER)
+    real = running.known
+
+    meanwhile: list[study.Study] = []
+
+    def overtaken(path: Path, asked: study.Study) -> Any:
+        found = real(path, asked)
+        monkeypatch.setattr(running, "known", real)
+        study.run(meanwhile[0], path, extend=True)
+        return found
+
+    for first, asked in ((grown, more), (more, more)):
+        meanwhile[:] = [first]
+        out.unlink()
+        study.run(written(), out)
+        monkeypatch.setattr(running, "known", overtaken)
+        study.run(asked, out, extend=True)
+        study.run(asked, tmp_path / "whole.h5")
+        assert store.data_digest(out) == store.data_digest(tmp_path / "whole.h5")
+        assert not study.parts_of(out).exists()
+        (tmp_path / "whole.h5").unlink()
+    study.run(grown, tmp_path / "other.h5")
+    there = extending.known(out, more)
+    (tmp_path / "other.h5").replace(out)
+    with pytest.raises(DatabaseError, match="replaced while it was extended"):
+        there.rows("points", more.plan, 0, 4, more.columns)
+
+
+def test_the_way_on_is_to_extend(written: Written, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    out = tmp_path / "out.h5"
+    study.run(written(), out)
+    grown = written(ratios=FINER)
+    with pytest.raises(InputError, match=r"another study .*--extend if it has grown"):
+        study.run(grown, out, resume=True)
+    with monkeypatch.context() as patch:
+        patch.setattr("floquet.study.packing._joined", lambda *_: (_ for _ in ()).throw(KeyboardInterrupt))
+        with pytest.raises(KeyboardInterrupt):
+            study.run(grown, out, extend=True)
+    with pytest.raises(InputError, match=r"unfinished extension .*--extend --resume"):
+        study.run(grown, out, resume=True)
+    assert study.run(grown, out, resume=True, extend=True).computed == 0
+
+
 def test_damage_is_not_copied(written: Written, tmp_path: Path) -> None:
     out = tmp_path / "out.h5"
     study.run(written(), out)
@@ -183,6 +231,10 @@ def test_damage_is_not_copied(written: Written, tmp_path: Path) -> None:
     ({"model": "flapping"}, "other options of .compare."),
     ({"columns": '["lock", "exponent_1"]'}, "has no lock, which the study stores"),
     ({"map": "true"}, "without map = true"),
+    ({"columns": '["exponent_1"]'}, r"columns that the study does not store, and they would be lost \(\w+"),
+    ({"tolerances": "[0.1]"}, r"limits of the tolerance 0\.05, which the study has not"),
+    ({"tolerances": "[]"}, r"limits of the tolerance 0\.05, which the study has not"),
+    ({"mu_max": 0.2}, r"sought up to μ = 0\.3, and the study seeks them up to 0\.2"),
 ])  # fmt: skip
 def test_a_study_that_has_no_row_there_is_refused(
     written: Written, tmp_path: Path, changes: dict[str, Any], sentence: str

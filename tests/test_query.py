@@ -826,6 +826,17 @@ def test_the_first_pass_skips_a_chunk_only_if_it_is_far_from_every_number() -> N
     np.testing.assert_array_equal(found["advance_ratio"], table["advance_ratio"][nearest(table["lock"], 0.9001)])
 
 
+@pytest.mark.parametrize(("number", "expected"), [(0.55, 0.5), (0.65, 0.6), (0.15, 0.1), (0.35, 0.3), (0.95, 0.9)])
+def test_of_two_as_near_the_smaller_whatever_their_last_digits(number: float, expected: float) -> None:
+    table = points(200) | {
+        "advance_ratio": np.array([0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 1.0]).repeat(20)[::-1]
+    }
+    found = Database("x", FakeFile({"points": table})).query(
+        f"nearest(advance_ratio={number})", columns="advance_ratio"
+    )
+    assert found["advance_ratio"].tolist() == [expected] * 20
+
+
 def test_numbers_beyond_all_values_are_told(recwarn: pytest.WarningsRecorder) -> None:
     table = points(640) | {"advance_ratio": np.linspace(0, 1, 640), "lock": np.full(640, np.nan)}
     db = Database("x", FakeFile({"points": table}))

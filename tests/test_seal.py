@@ -139,6 +139,26 @@ def test_files_without_a_seal_are_examined_and_read(path: Path) -> None:
     assert not looked_at(path, 0)["sealed"]
 
 
+def test_the_same_numbers_packed_in_another_way_are_read(path: Path, tmp_path: Path) -> None:
+    with store.open_file(path) as file:
+        expected = {name: values.copy() for _, rows in file.chunks("points", list(file.columns("points")))
+                    for name, values in rows.items()}  # fmt: skip
+    with h5py.File(path, "r+") as file:
+        for level in (file["points/exponent_error"], file["points/exponent_1_re"]):
+            level[:] = level[:]
+    with store.open_file(path) as file:
+        for name, values in expected.items():
+            np.testing.assert_array_equal(next(file.chunks("points", [name]))[1][name], values)
+    assert looked_at(path, 3)["recomputed"]["equal"] == 3
+    study.merge([path], tmp_path / "again.h5")
+    assert store.data_digest(tmp_path / "again.h5") == store.data_digest(path)
+
+
+def test_a_seed_is_no_negative_number(path: Path) -> None:
+    with pytest.raises(InputError, match="seed = -1 is no number"):
+        checking.check(path, seed=-1)
+
+
 def test_a_file_without_a_seal_whose_words_were_changed_is_refused(path: Path) -> None:
     with h5py.File(path, "r+") as file:
         file.attrs["rotor_names"] = '["Puma", ""]'

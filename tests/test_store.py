@@ -335,6 +335,7 @@ def _newer(path: Path) -> None:
 @pytest.mark.parametrize(("change", "sentence"), [
     (lambda p: p.unlink(), "there is no such file"),
     (lambda p: (p.unlink(), p.mkdir()), "this is a folder"),
+    (lambda p: (p.unlink(), os.mkfifo(p)), "this is a pipe or a device"),
     (lambda p: p.write_bytes(b""), "not an HDF5 file"),
     (lambda p: p.write_bytes(b"mu,error\n0.1,0.2\n"), "not an HDF5 file"),
     (lambda p: p.write_bytes(p.read_bytes()[: p.stat().st_size // 2]), "damaged or was cut short"),

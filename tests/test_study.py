@@ -41,6 +41,7 @@ from floquet.plot import plot_database
 from floquet.query import open_database
 from floquet.rotor import Hub, Rotor
 from floquet.store import digests, writing
+from floquet.study import folder as study_folder
 from floquet.study import packing, running, shards, workers
 from floquet.sweep import Plan, limit_rows, point_rows
 
@@ -604,7 +605,8 @@ def test_parts_that_a_killed_run_left_beside_its_database_go(tiny: Path, tmp_pat
         folder.mkdir()
         (folder / "points-000000000000-000000000010.h5").write_bytes(b"a shard")
         if journal:
-            (folder / "study.json").write_text(json.dumps({"study_id": journal}))
+            about = {"study_id": journal}
+            (folder / "study.json").write_text(json.dumps(about | {"digest": study_folder._digest(about)}))
         assert study.run(one, out, resume=True).computed == 0
         assert folder.exists() == stays and store.verify(out) == ()
 
@@ -992,11 +994,78 @@ def test_merge_refuses_what_does_not_belong_together(two: tuple[Path, Path], tmp
     assert not (tmp_path / "m.h5").exists()
 
 
+def test_a_rotor_of_another_name_is_no_other_rotor(two: tuple[Path, Path], tmp_path: Path) -> None:
+    for name in ("A", "B"):
+        text = f'[study]\nname = "x"\n[rotors]\nlist = [{{ name = "{name}", lock_number = 8.0 }}]\n'
+        (tmp_path / "x.toml").write_text(text + "[axes]\nadvance_ratio = [0.1, 0.2]\n" + f"# {name}")
+        study.run(study.load_study(tmp_path / "x.toml"), tmp_path / f"{name}.h5")
+    with pytest.raises(InputError, match=r"hold the same study|has every design and advance ratio of"):
+        study.merge([tmp_path / "A.h5", tmp_path / "B.h5"], tmp_path / "m.h5")
+
+
+def test_rows_keep_the_number_of_the_engine_that_computed_them(
+    tiny: Path, two: tuple[Path, Path], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    for path in two:
+        with h5py.File(path, "r+") as file:
+            file.attrs["engine_version"] = 2
+            file.attrs["attributes_digest"] = digests.attributes_digest(file)
+    study.merge(two, tmp_path / "m.h5")
+    with store.open_file(tmp_path / "m.h5") as merged:
+        assert merged.attributes["engine_version"] == 2
+    folder = _unpacked(tiny, tmp_path / "out.h5")
+    monkeypatch.setattr(packing, "ENGINE", 99)
+    study.pack(folder, tmp_path / "packed.h5")
+    with store.open_file(tmp_path / "packed.h5") as packed:
+        assert packed.attributes["engine_version"] != 99
+    with h5py.File(min(folder.glob("points-*.h5")), "r+") as file:
+        file.attrs["engine_version"] = 2
+        file.attrs["attributes_digest"] = digests.attributes_digest(file)
+    with pytest.raises(DatabaseError, match="its parts are of engines 2, "):
+        study.pack(folder, tmp_path / "mixed.h5")
+
+
+def test_leftovers_of_those_that_live_stay_and_a_file_that_came_meanwhile_is_kept(tmp_path: Path) -> None:
+    with store.atomic(tmp_path / "a.h5") as temporary:
+        store.remove_leftovers(tmp_path, "a.h5")
+        assert temporary.exists()
+        temporary.write_bytes(b"one")
+    left = tmp_path / ".a.h5.0123456789abcdef.tmp"
+    left.write_bytes(b"half")
+    store.remove_leftovers(tmp_path, "a.h5")
+    assert [p.name for p in tmp_path.iterdir()] == ["a.h5"]
+    with (
+        pytest.raises(InputError, match="has been written by another program meanwhile"),
+        store.atomic(tmp_path / "a.h5", replace=False) as temporary,
+    ):
+        temporary.write_bytes(b"two")
+    (tmp_path / "a.h5").chmod(0o600)
+    with store.atomic(tmp_path / "a.h5") as temporary:
+        temporary.write_bytes(b"three")
+    assert (tmp_path / "a.h5").stat().st_mode & 0o777 == 0o600 and (tmp_path / "a.h5").read_bytes() == b"three"
+    assert [p.name for p in tmp_path.iterdir()] == ["a.h5"]
+
+
+@pytest.mark.usefixtures("quick")
+@pytest.mark.parametrize(
+    ("old", "new"), [('"points": ', '"points": 1'), ('"names": [', '"names": [1'), ("title", "titel")]
+)
+def test_a_journal_that_was_changed_is_damaged(tiny: Path, tmp_path: Path, old: str, new: str) -> None:
+    folder = _unpacked(tiny, tmp_path / "out.h5")
+    journal = folder / "study.json"
+    journal.write_text(journal.read_text().replace(old, new))
+    with pytest.raises(DatabaseError, match=r"its study\.json is damaged"):
+        study.pack(folder, tmp_path / "packed.h5")
+
+
 def test_merge_refuses_a_row_that_two_files_have_and_names_it(two: tuple[Path, Path], tmp_path: Path) -> None:
     with store.open_file(two[0]) as file:
         ratios = next(file.chunks("points", ["advance_ratio"]))[1]["advance_ratio"].tolist()
     for rotors, what in (
-        ('list = [{ name = "eight", lock_number = 8.0 }, { lock_number = 9.5 }]', "the rotor 'eight' at μ"),
+        (
+            'list = [{ name = "eight", lock_number = 8.0 }, { lock_number = 9.5 }]',
+            r"the rotor 'eight' \(lock_number 8.*\) at μ",
+        ),
         ("list = [{ lock_number = 9.5 }, { lock_number = 9.25 }]", "a rotor of lock_number 9.5, .*blades 4.* at μ"),
     ):
         axis = f"[axes]\nadvance_ratio = [{ratios[1]}, 0.7771]\n"

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import functools
+import sys
 from collections.abc import Callable
 from typing import Any, TypeVar
 
@@ -90,6 +91,8 @@ def _style(context: click.Context, option: click.Parameter, chosen: bool) -> Non
     if chosen and before is not None:
         raise click.UsageError("--json and --csv are two answers: give one of them", context)
     if chosen:
+        if hasattr(sys.stdout, "reconfigure"):  # what programs read is UTF-8, whatever the terminal has
+            sys.stdout.reconfigure(encoding="utf-8")
         context.params["style"] = str(option.name).removeprefix("as_")
 
 

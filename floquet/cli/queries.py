@@ -82,6 +82,8 @@ def query(
         elif style is None:
             text, rows = report.answer_table(asked, SCREEN if choice["limit"] is None else None)
             answer(text)
+            if not rows and "nearest" in expression:
+                say("floquet: nearest takes each column by itself, of all rows, and no row has all of these values")
             if choice["limit"] is None and rows > SCREEN:
                 say(
                     f"floquet: these are the first {SCREEN} of {rows} rows: give --limit, --csv, --json or a file by -o"
@@ -104,9 +106,9 @@ def numbers(given: Sequence[str]) -> dict[str, float]:
             raise ParameterError(
                 "at", text, f"{text!r} was given; it is a name and a number, as in --at advance_ratio=0.3"
             ) from None
-        if name in out:
+        if (name := name.replace("-", "_")) in out:
             raise ParameterError("at", text, f"{name} is given twice")
-        out[name.replace("-", "_")] = number
+        out[name] = number
     if "advance_ratio" not in out:
         raise ParameterError("at", given, "no advance ratio was given: add --at advance_ratio=0.3")
     return {"advance_ratio": out.pop("advance_ratio"), **checked_design(out)}
@@ -114,7 +116,8 @@ def numbers(given: Sequence[str]) -> dict[str, float]:
 
 def _check_alone(places: Sequence[str], others: Mapping[str, Any]) -> None:
     """Values between rows are of one design: nothing is sorted, grouped or written."""
-    used = [name for name, value in others.items() if value and (name, value) != ("table", "points")]
+    used = [name for name, value in others.items() if value or (value == 0 and value is not False)]
+    used = [name for name in used if (name, others[name]) != ("table", "points")]
     if used:
         raise InputError(
             f"--at {places[0]} gives the values of one design between the rows of points: leave {flag(used[0])} out"

@@ -214,6 +214,8 @@ class Database:
         else:
             found = self.groups(expression, by=by, reduce="count" if reduce is None else reduce, table=table, **order)
             pieces, wanted, rows = iter([found]), list(found), len(next(iter(found.values())))
+        wholes = {f"{name}_{part}" for name in wanted for part in ("re", "im")}
+        wanted = [name for name in wanted if name not in wholes]  # files have complex columns as parts
         beginning = next(pieces)  # every answer has a piece, be it without rows
         present = self.columns(table)
         about = {name: meaning(name, beginning[name].dtype, present) for name in wanted}

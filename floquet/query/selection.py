@@ -50,6 +50,10 @@ class Best:
         return rows
 
 
+TIE = 4 * float(np.finfo(float).eps)
+"""Distances that differ by so much of the number, or of themselves, are equal: 0.5 and 0.6 are as near to 0.55."""
+
+
 class Nearest:
     """Name → the finite value of a column nearest to a number, from chunks one by one; of two as near, the smaller."""
 
@@ -71,8 +75,9 @@ class Nearest:
 
     def _distance(self, name: str) -> float:
         """What a value must not exceed to be looked at; inf as long as there is none."""
-        distance = abs(self.found[name] - self._wanted[name][1])
-        return distance if distance >= 0 else np.inf
+        number = self._wanted[name][1]
+        distance = abs(self.found[name] - number)
+        return distance + TIE * max(abs(number), distance) if distance >= 0 else np.inf
 
     def skip(self, minima: Mapping[str, Any], maxima: Mapping[str, Any]) -> bool:
         """Does every value of a chunk with these ranges lie farther away than what is there?"""
@@ -89,7 +94,8 @@ class Nearest:
             values = values[np.isfinite(values)]
             if values.size:
                 distances = np.abs(values - number)
-                self.found[name] = float(values[distances == distances.min()].min())
+                nearest = distances.min()
+                self.found[name] = float(values[distances <= nearest + TIE * max(abs(number), nearest)].min())
 
 
 def joined(pieces: Sequence[Rows]) -> Rows:

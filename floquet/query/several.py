@@ -5,6 +5,7 @@ File k begins at row Σ_{j<k} rows_j, and its rotor r is rotor r + Σ_{j<k} roto
 
 from __future__ import annotations
 
+import os
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import accumulate
@@ -164,6 +165,7 @@ def _schema(columns: Mapping[str, Column]) -> dict[str, Any]:
 
 def check_once(paths: Sequence[str]) -> None:
     """No file may be given twice: its rows would stand twice."""
-    twice = next((path for i, path in enumerate(paths) if path in paths[:i]), None)
+    places = [os.path.realpath(path) for path in paths]
+    twice = next((path for i, path in enumerate(paths) if places[i] in places[:i]), None)
     if twice is not None:
         raise ParameterError("file", twice, f"{twice} is given twice, and its rows would stand twice; name it once")

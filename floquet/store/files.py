@@ -7,27 +7,34 @@ import errno
 import glob
 import os
 import secrets
+import shutil
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
-from ..errors import StorageError
+from ..errors import InputError, StorageError
 
 __all__ = ["Sink", "atomic", "remove_leftovers", "write_failure"]
 
 
 @contextlib.contextmanager
-def atomic(path: str | Path) -> Iterator[Path]:
+def atomic(path: str | Path, *, replace: bool = True) -> Iterator[Path]:
     """A temporary file beside ``path`` that takes its place when the block ends well, and vanishes when it does not.
 
-    Where ``path`` is a link, it stays one, and the place is that of what it points to.
+    Where ``path`` is a link, it stays one, and the place is that of what it points to.  Permissions stay.  Without
+    ``replace`` a file that has come there since is refused.
     """
     path = _behind(Path(path))
     temporary = path.with_name(f".{path.name}.{secrets.token_hex(8)}.tmp")  # others may be on other machines
     try:
-        yield temporary
-        _sync(temporary)
-        os.replace(temporary, path)
+        with _in_use(temporary):
+            yield temporary
+            if path.exists():
+                if not replace:
+                    raise InputError(f"{path} has been written by another program meanwhile: choose another name")
+                shutil.copymode(path, temporary)
+            _sync(temporary)
+            os.replace(temporary, path)
         _sync_folder(path.parent)
     except OSError as error:
         raise StorageError(path, write_failure(error)) from error
@@ -36,13 +43,38 @@ def atomic(path: str | Path) -> Iterator[Path]:
             temporary.unlink()
 
 
+@contextlib.contextmanager
+def _in_use(temporary: Path) -> Iterator[None]:
+    """A new file that is locked as long as its writer lives."""
+    descriptor = os.open(temporary, os.O_RDWR | os.O_CREAT | os.O_EXCL, 0o666)
+    try:
+        with contextlib.suppress(OSError):  # of a file system without locks
+            _lock(descriptor)
+        yield
+    finally:
+        os.close(descriptor)
+
+
+def _lock(descriptor: int) -> None:
+    """Lock a file or raise BlockingIOError; where there are no such locks (Windows), files in use cannot be removed."""
+    with contextlib.suppress(ImportError):
+        import fcntl
+
+        fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
+
+
 def remove_leftovers(folder: Path, name: str = "") -> None:
     """Remove temporary files that killed writers of ``name``, or of any file, have left in a folder."""
     if name:
         folder, name = (place := _behind(folder / name)).parent, place.name
     for left in folder.glob(f".{glob.escape(name) or '*'}.*.tmp"):
-        with contextlib.suppress(OSError):
-            left.unlink()
+        with contextlib.suppress(OSError):  # such as that its writer lives
+            descriptor = os.open(left, os.O_RDWR)
+            try:
+                _lock(descriptor)
+                left.unlink()
+            finally:
+                os.close(descriptor)
 
 
 def _behind(path: Path) -> Path:

@@ -190,7 +190,12 @@ class File:
         """One chunk of one variable, checked as it is stored where that is known: a third of the time, and no lock."""
         if (stored := self._stored[table]) is None:
             return self.variable(table, name, chunk)
-        packed = self._checked(table, name, chunk, self._raw(table, name, chunk), stored)
+        try:
+            packed = self._checked(table, name, chunk, self._raw(table, name, chunk), stored)
+        except DamageError:
+            if self.sealed:
+                raise
+            return self.variable(table, name, chunk)  # another program has packed the same numbers in its way
         dataset, there = self._datasets[table, name], self.rows(table) - chunk * self._chunk_rows[table]
         try:
             return unpack(packed.data, dataset.dtype.str, dataset.chunks[0])[:there]
@@ -368,6 +373,8 @@ def _opened(path: str | Path, examined: bool) -> tuple[h5py.File, bool]:
         raise DatabaseError(path, "there is no such file: check the path, or make it with floquet run")
     if path.is_dir():
         raise DatabaseError(path, "this is a folder, not a database: name the file, such as results/validity.h5")
+    if not path.is_file():
+        raise DatabaseError(path, "this is a pipe or a device, not a file: write the database to a disk first")
     try:
         with path.open("rb") as file:
             signature, seal = file.read(8), Seal(file)

@@ -48,14 +48,15 @@ def create(
     *,
     columns: Mapping[str, Collection[str]] | None = None,
     root: str = "",
+    replace: bool = True,
 ) -> Iterator[dict[str, TableWriter]]:
     """A new file of tables with so many rows each, to be filled through writers in row order.
 
     ``columns`` says which columns a table has (left out: all), by their names or, for a table that is not of the
     schema, as a mapping of columns.  The variables of the table ``root`` stand at the root of the file, not in a group:
-    so other programs expect them.
+    so other programs expect them.  Without ``replace`` a file that is there when this one is whole is refused.
     """
-    with atomic(path) as temporary, Sink(temporary) as sink:
+    with atomic(path, replace=replace) as temporary, Sink(temporary) as sink:
         with h5py.File(sink, "w", libver=("v108", "v108"), track_order=True) as file:
             for name, value in attributes.items():
                 file.attrs[name] = value
@@ -158,7 +159,8 @@ class TableWriter:
         alike = (
             self.chunk_rows == min(rows, schema.CHUNK_ROWS) and self.columns.keys() <= source.columns(self.table).keys()
         )
-        return whole and alike and not self.kept and source.stored(self.table) is not None
+        ours = source.sealed and source.stored(self.table) is not None
+        return whole and alike and not self.kept and ours
 
     def take(self, source: File, rotor_offset: int = 0) -> None:
         """Append a file's rows chunk by chunk, each checked, but not packed again."""

@@ -8,6 +8,7 @@ beside: they are taken where those are the same.
 
 from __future__ import annotations
 
+import contextlib
 import json
 import tomllib
 from collections.abc import Iterator, Mapping, Sequence
@@ -20,7 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .. import store
-from ..errors import InputError
+from ..errors import DatabaseError, InputError
 from ..kernels import POINTS
 from ..rotor import PARAMETERS
 from ..studyfile import Study
@@ -45,9 +46,12 @@ class Known:
         For every advance ratio of the plan the row, counted from the first of a design.
     limits : (designs, 2) array
         First row of limits, and the one after the last.
+    digest : str
+        Of the data, which are these as long as rows are taken.
     """
 
     path: Path
+    digest: str
     first: NDArray[np.int64]
     grid: NDArray[np.intp]
     places: NDArray[np.int64]
@@ -65,13 +69,20 @@ class Known:
             return self._limits(plan, start, stop)
         return self._points(plan, np.arange(start, stop), *columns)
 
+    @contextlib.contextmanager
+    def _opened(self) -> Iterator[store.File]:
+        with store.open_file(self.path) as file:
+            if file.data_digest() != self.digest:
+                raise DatabaseError(self.path, "it was replaced while it was extended: run the same command again")
+            yield file
+
     def _points(self, plan: Plan, index: NDArray[np.intp], columns: tuple[str, ...]) -> Rows:
         designs, mu = np.divmod(index, plan.advance_ratio.size)
         place = self.places[self.grid[designs], mu]
         at = np.where((self.first[designs] >= 0) & (place >= 0), self.first[designs] + place, -1)
         missing = np.flatnonzero(at < 0)
         parts = [(missing, points_at(plan, index[missing], columns))] if missing.size else []
-        with store.open_file(self.path) as file:
+        with self._opened() as file:
             parts += _copied(file, "points", list(columns), at)
         out = _joined(parts, len(index))
         return out | {"rotor": designs.astype(np.int32)}
@@ -83,7 +94,7 @@ class Known:
         there = np.flatnonzero(spans[:, 0] >= 0)
         counts = np.diff(spans[there]).ravel()
         at = np.concatenate([np.arange(a, b) for a, b in spans[there].tolist()] or [np.zeros(0, int)])
-        with store.open_file(self.path) as file:
+        with self._opened() as file:
             parts = list(_copied(file, "limits", list(store.LIMITS), at))
         taken = _joined(parts, len(at)) if parts else {name: column[:0] for name, column in computed.items()}
         taken["rotor"] = np.repeat(start + there, counts).astype(np.int32)
@@ -122,6 +133,7 @@ def known(path: Path, study: Study) -> Known:
         if mapped != plan.map:
             word = "with" if mapped else "without"
             raise InputError(f"{path} was computed {word} map = true and the study is not: its rows are other rows")
+        _refuse_lost_columns(file, study)
         designs = _designs(plan)
         runs, ratios = _runs(file, "points", ("advance_ratio",))
         _refuse_loss(path, plan, designs, runs, ratios)
@@ -133,9 +145,12 @@ def known(path: Path, study: Study) -> Known:
             where[:] = -1  # few points are computed another way, and have other last digits
         first = np.where(where >= 0, runs["start"][where], -1)
         limits = np.full((plan.designs, 2), -1, np.int64)
+        if "limits" in file.tables:
+            _refuse_lost_limits(file, plan)
         if plan.tolerances and "limits" in file.tables:
             limits = _known_limits(file, plan, designs)
-    return Known(path, first, np.where(where >= 0, numbers[where], 0), places, limits)
+        digest = file.data_digest()
+    return Known(path, digest, first, np.where(where >= 0, numbers[where], 0), places, limits)
 
 
 def _check(file: store.File, study: Study) -> None:
@@ -161,6 +176,15 @@ def _check(file: store.File, study: Study) -> None:
         )
 
 
+def _refuse_lost_columns(file: store.File, study: Study) -> None:
+    """Columns stay."""
+    if lost := [name for name in file.columns("points") if name not in study.columns]:
+        raise InputError(
+            f"{file.path} has columns that the study does not store, and they would be lost ({', '.join(lost[:4])}"
+            f"{', …' if len(lost) > 4 else ''}): name them, too, or choose another output"
+        )
+
+
 def _refuse_loss(path: Path, plan: Plan, designs: Array, runs: Mapping[str, Array], ratios: Sequence[bytes]) -> None:
     """A database keeps every row that it has: the study must have all of its designs and advance ratios."""
     wanted, kept = set(designs.tolist()), set(plan.advance_ratio.astype("<f8").view("<i8").tolist())
@@ -174,6 +198,26 @@ def _refuse_loss(path: Path, plan: Plan, designs: Array, runs: Mapping[str, Arra
         raise InputError(
             f"{path} has {lost} rows of designs or advance ratios that the study has not, and they would be lost: "
             "put these into the study, too, or choose another output"
+        )
+
+
+def _refuse_lost_limits(file: store.File, plan: Plan) -> None:
+    """Limits stay, too: for all their tolerances, and as far as they were sought."""
+    sought: dict[tuple[float, float], float] = {}
+    for _, rows in file.chunks("limits", ["metric", "tolerance", "mu_max"]):
+        columns = [rows[name].astype(float) for name in ("metric", "tolerance", "mu_max")]
+        for metric, tolerance, mu_max in np.unique(np.stack(columns, axis=1), axis=0).tolist():
+            sought[metric, tolerance] = max(mu_max, sought.get((metric, tolerance), 0.0))
+    wanted = {(float(metric), float(tolerance)) for metric, tolerance in plan.tolerances}
+    if lost := [tolerance for metric, tolerance in sought if (metric, tolerance) not in wanted]:
+        raise InputError(
+            f"{file.path} has limits of the tolerance {lost[0]:g}, which the study has not, and they would be lost: "
+            "put it into the study, too, or choose another output"
+        )
+    if (farthest := max(sought.values(), default=0.0)) > plan.mu_max:
+        raise InputError(
+            f"{file.path} has limits that were sought up to μ = {farthest:g}, and the study seeks them up to "
+            f"{plan.mu_max:g}: give it mu_max = {farthest:g}, or choose another output"
         )
 
 

@@ -1,7 +1,7 @@
 """The folder of a running study, ``OUT.h5.parts``::
 
     study.toml          the input, byte for byte
-    study.json          study id, columns, sizes of table and shard
+    study.json          study id, columns, sizes of table and shard, and a digest of all this
     points-<from>-<to>.h5, limits-<from>-<to>.h5
 
 The listing of shards is the journal.  The study id hashes every parameter of the plan and the engine's version.
@@ -10,6 +10,7 @@ The listing of shards is the journal.  The study id hashes every parameter of th
 from __future__ import annotations
 
 import contextlib
+import hashlib
 import json
 from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
@@ -27,6 +28,8 @@ DAMAGED_JOURNAL = "its study.json is damaged: remove the folder and run the stud
 def checked_output(out: str | Path) -> Path:
     """Where a database is to be written; a name that promises another format is refused."""
     path = file_name(out)
+    if path.is_dir():
+        raise InputError(f"{path} is a folder: name the file that is to be written, such as {path / 'out.h5'}")
     if path.suffix.lower() in OTHER_FORMATS:
         raise InputError(
             f"{path} ends in {path.suffix}, and a database is HDF5: name it {path.with_suffix('.h5').name}, and take "
@@ -53,19 +56,17 @@ def remove_parts(folder: Path) -> None:
 def locked(folder: Path, study: Study, resume: bool) -> Iterator[dict[str, int]]:
     """The study's folder, made or taken up, for one run at a time; gives the shard sizes that it began with."""
     sizes = sizes_of(study.plan)
-    described = json.dumps(
-        {
-            "study_id": study.id,
-            "sizes": sizes,
-            "columns": list(study.columns),
-            "points": study.plan.points,
-            "designs": study.plan.designs,
-            "names": list(study.plan.names),
-            "title": study.title,
-            "options": study.plan.options,
-        },
-        indent=1,
-    )
+    described: dict[str, Any] = {
+        "study_id": study.id,
+        "sizes": sizes,
+        "columns": list(study.columns),
+        "points": study.plan.points,
+        "designs": study.plan.designs,
+        "names": list(study.plan.names),
+        "title": study.title,
+        "options": study.plan.options,
+    }
+    described["digest"] = _digest(described)
     with contextlib.suppress(FileExistsError), _storage(folder):
         folder.mkdir()
     with alone(folder):
@@ -89,7 +90,7 @@ def locked(folder: Path, study: Study, resume: bool) -> Iterator[dict[str, int]]
             with store.atomic(folder / "study.toml") as temporary:
                 temporary.write_text(study.text, encoding="utf-8")
             with store.atomic(journal) as temporary:
-                temporary.write_text(described, encoding="utf-8")
+                temporary.write_text(json.dumps(described, indent=1), encoding="utf-8")
         yield sizes
 
 
@@ -148,9 +149,15 @@ def journal_of(folder: Path) -> dict[str, Any]:
         if isinstance(error, DatabaseError):
             raise
         raise DatabaseError(folder, DAMAGED_JOURNAL) from error
-    if not isinstance(about, dict):
+    if not isinstance(about, dict) or about.get("digest") != _digest(about):
         raise DatabaseError(folder, DAMAGED_JOURNAL)
     return about
+
+
+def _digest(about: Mapping[str, Any]) -> str:
+    """Of everything else that study.json says."""
+    told = {name: value for name, value in about.items() if name != "digest"}
+    return hashlib.blake2b(json.dumps(told, sort_keys=True).encode(), digest_size=16).hexdigest()
 
 
 def columns_of(folder: Path, about: Mapping[str, Any]) -> tuple[str, ...]:

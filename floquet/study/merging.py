@@ -60,9 +60,10 @@ def merge(paths: Sequence[str | Path], out: str | Path) -> dict[str, int]:
             names if any(names) else [],
             json.loads(first.attributes["options"]),
             text,
+            int(first.attributes["engine_version"]),
         )
         store.remove_leftovers(Path(out).parent, Path(out).name)
-        writers = stack.enter_context(store.create(out, rows, attributes, columns=columns))
+        writers = stack.enter_context(store.create(out, rows, attributes, columns=columns, replace=False))
         for table, writer in writers.items():
             for offset, file in zip(np.cumsum([0, *counts]), files, strict=False):
                 if table in file.tables:
@@ -78,7 +79,7 @@ def _renewed(file: store.File, out: str | Path) -> dict[str, int]:
     attributes["history"] = "\n".join(filter(None, [attributes.get("history"), line]))
     rows = {table: file.rows(table) for table in file.tables}
     columns = {table: _common([file], table) for table in file.tables}
-    with store.create(out, rows, attributes, columns=columns) as writers:
+    with store.create(out, rows, attributes, columns=columns, replace=False) as writers:
         for writer in writers.values():
             store.copy_rows(file, writer)
     return rows
@@ -98,8 +99,8 @@ def _refuse_twice(files: Sequence[store.File]) -> None:
         for design, ratios in mine.items():
             if shared := ratios & theirs.get(design, frozenset()):
                 raise InputError(
-                    f"{a.path} and {b.path} both have {_described(design)} at μ = {min(shared):g}, and its row would "
-                    "stand twice: run one study of both, or let one that has grown take its rows by --extend"
+                    f"{a.path} and {b.path} both have {_described(design, a)} at μ = {min(shared):g}, and its row "
+                    "would stand twice: run one study of both, or let one that has grown take its rows by --extend"
                 )
 
 
@@ -110,15 +111,22 @@ def _maps(file: store.File) -> bool:
     return False
 
 
-def _described(design: bytes) -> str:
-    """The name of a design, or what is not 0 of it."""
-    name, values = design[: -8 * len(DESIGN)].rstrip(b"\0").decode(), np.frombuffer(design[-8 * len(DESIGN) :])
+def _described(design: bytes, file: store.File) -> str:
+    """What is not 0 of a design, and the name that a file has for it."""
+    values = np.frombuffer(design)
     given = ", ".join(f"{key} {value:g}" for key, value in zip(DESIGN, values, strict=True) if value)
-    return f"the rotor {name!r}" if name else f"a rotor of {given}"
+    columns = ["rotor", *DESIGN]
+    for _, rows in file.chunks("points", columns):
+        same = np.all([rows[name] == value for name, value in zip(DESIGN, values, strict=True)], axis=0)
+        if same.any():
+            number = int(rows["rotor"][same][0])
+            name = file.names[number] if number < len(file.names) else ""
+            return f"the rotor {name!r} ({given})" if name else f"a rotor of {given}"
+    return f"a rotor of {given}"
 
 
 def _points(file: store.File) -> dict[bytes, frozenset[float]]:
-    """The designs, by name and parameters, and their advance ratios."""
+    """The designs, by their parameters, and their advance ratios."""
     columns = ["rotor", "advance_ratio", *DESIGN]
     found: dict[bytes, frozenset[float]] = {}
     grids: dict[bytes, frozenset[float]] = {}  # each once: all designs of a study have the same
@@ -126,9 +134,8 @@ def _points(file: store.File) -> dict[bytes, frozenset[float]]:
         rotor, mu = rows["rotor"], rows["advance_ratio"]
         ends = [0, *(np.flatnonzero(np.diff(rotor)) + 1).tolist(), len(rotor)]
         for start, stop in pairwise(ends):
-            name = file.names[rotor[start]] if rotor[start] < len(file.names) else ""
             values = np.array([float(rows[column][start]) for column in columns[2:]])
-            design, piece = name.encode() + b"\0" + values.tobytes(), mu[start:stop].tobytes()
+            design, piece = values.tobytes(), mu[start:stop].tobytes()
             if piece not in grids:
                 grids[piece] = frozenset(mu[start:stop].tolist())
             found[design] = found[design] | grids[piece] if design in found else grids[piece]

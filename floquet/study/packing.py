@@ -45,7 +45,7 @@ def packed(folder: Path, out: Path, *, replace: bool = False) -> dict[str, int]:
         shards = {t: listed(t, counts[t], about["sizes"][t]) for t in store.TABLES if t in about["sizes"]}
         parts = Parts(folder, about["study_id"], columns_of(folder, about))
         text = text_of(folder / "study.toml")
-        attributes = root_attributes(about["title"], about["study_id"], about["names"], about["options"], text)
+        told = about["title"], about["study_id"], about["names"], about["options"], text
     except (ValueError, KeyError, TypeError, AttributeError) as error:
         if isinstance(error, DatabaseError):
             raise
@@ -58,8 +58,9 @@ def packed(folder: Path, out: Path, *, replace: bool = False) -> dict[str, int]:
             folder, f"{len(missing)} of {len(everything)} shards are missing: finish the study with --resume"
         )
     _refuse([s for s in everything if not ours(s, parts)], everything, folder)
+    attributes = root_attributes(*told, _engine(parts, everything))
     try:
-        return _joined(shards, parts, out, attributes)
+        return _joined(shards, parts, out, attributes, replace)
     except DamageError:
         _refuse([s for s in everything if not sound(s, parts)], everything, folder)
         raise
@@ -79,12 +80,26 @@ def _refuse(wrong: Sequence[Shard], everything: Sequence[Shard], folder: Path) -
         )
 
 
+def _engine(parts: Parts, shards: Sequence[Shard]) -> int:
+    """The engine that computed all shards."""
+    engines = set()
+    for shard in shards:
+        with store.open_file(parts.folder / shard.file) as file:
+            engines.add(int(file.attributes.get("engine_version", ENGINE)))
+    if len(engines) > 1:
+        raise DatabaseError(
+            parts.folder, f"its parts are of engines {', '.join(map(str, sorted(engines)))}, whose rows may differ: "
+            "remove the folder and run the study again"
+        )  # fmt: skip
+    return engines.pop() if engines else ENGINE
+
+
 def _joined(
-    shards: Mapping[str, Sequence[Shard]], parts: Parts, out: str | Path, attributes: Mapping[str, Any]
+    shards: Mapping[str, Sequence[Shard]], parts: Parts, out: str | Path, attributes: Mapping[str, Any], replace: bool
 ) -> dict[str, int]:
     """The database of these shards, each of which is checked chunk by chunk."""
     rows = {t: sum(_rows_of(parts.folder / s.file, t) for s in group) for t, group in shards.items()}
-    with store.create(out, rows, attributes, columns={"points": parts.columns}) as writers:
+    with store.create(out, rows, attributes, columns={"points": parts.columns}, replace=replace) as writers:
         for table, writer in writers.items():
             for shard in shards[table]:
                 with store.open_file(parts.folder / shard.file) as file:
@@ -98,9 +113,9 @@ def _rows_of(path: Path, table: str) -> int:
 
 
 def root_attributes(
-    title: str, study_id: str, names: Sequence[str], options: Mapping[str, Any], text: str
+    title: str, study_id: str, names: Sequence[str], options: Mapping[str, Any], text: str, engine: int = ENGINE
 ) -> dict[str, Any]:
-    """Root attributes of a database."""
+    """Root attributes of a database; ``engine`` is that which computed its rows."""
     now = time.strftime("%Y-%m-%dT%H:%M:%SZ", time.gmtime())
     return {
         "title": title,
@@ -108,7 +123,7 @@ def root_attributes(
         "source": f"floquet-rotor {__version__}: Floquet exponents against the tip-path plane; no dynamic inflow",
         "created": now,
         "study_id": study_id,
-        "engine_version": ENGINE,
+        "engine_version": engine,
         "options": json.dumps(options),
         "rotor_names": json.dumps(list(names), ensure_ascii=False),
         "input": text,

@@ -11,9 +11,9 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from .. import store
-from ..errors import DatabaseError, FloquetWarning, InputError, StorageError
+from ..errors import DatabaseError, FloquetError, FloquetWarning, InputError, StorageError
 from ..studyfile import Study
-from .extending import known
+from .extending import Known, known
 from .folder import checked_output, journal_of, locked, parts_of, remove_parts, same_columns
 from .packing import packed
 from .shards import Parts, Shard, all_shards, sizes_of, sound
@@ -80,6 +80,10 @@ def run(
             if not resume:
                 _clear(folder, study)
             return _kept(out, study, resume)
+        if there is not None and there.digest != store.data_digest(out):  # another has extended it since
+            if not _grown(out, study):
+                return _kept(out, study, True)
+            there = _known_anew(out, study, None if resume else folder)
         store.remove_leftovers(folder)
         shards = all_shards(study.plan, sizes)
         parts = Parts(folder, study.id, study.columns, there)
@@ -112,6 +116,16 @@ def run(
         reused=len(kept),
         copied=parts.known.points if parts.known else 0,
     )
+
+
+def _known_anew(out: Path, study: Study, folder: Path | None) -> Known:
+    """As :func:`known`; a refusal leaves no folder that this run has made."""
+    try:
+        return known(out, study)
+    except FloquetError:
+        if folder is not None:
+            remove_parts(folder)
+        raise
 
 
 @contextlib.contextmanager
@@ -153,12 +167,21 @@ def _finished(out: Path, study: Study, resume: bool) -> dict[str, int]:
         )
     with store.open_file(out) as file:
         if file.attributes.get("study_id") != study.id:
+            if _begun(out, study):
+                raise InputError(f"{parts_of(out)} holds an unfinished extension of {out}: give --extend --resume")
             raise InputError(
-                f"{out} holds another study (or one of another version of the engine): "
-                "choose another name or move it away"
+                f"{out} holds another study (or one of another version of the engine): choose another name or move it "
+                "away, or give --extend if it has grown"
             )
         same_columns(out, study, file.columns("points"))
         return {t: file.rows(t) for t in file.tables}
+
+
+def _begun(out: Path, study: Study) -> bool:
+    """Whether there are parts of this study."""
+    with contextlib.suppress(DatabaseError):
+        return journal_of(parts_of(out)).get("study_id") == study.id
+    return False
 
 
 def _tell_of_damage(damaged: Sequence[Shard]) -> None:
