@@ -533,7 +533,7 @@ QUERY = "floquet/query/language.py"
 CHUNKS, PLOT = "floquet/chunks.py", "floquet/plot/__init__.py"
 KEPT, RUNS, ASKED, PACKED = (f"tests/test_{name}.py" for name in ("store", "study", "query", "chunks"))
 COLUMNS, CUTS = f"{RUNS} -k columns", f"{RUNS} -k shards"
-SYNC, RENAME = "        _sync(temporary)\n", "        os.replace(temporary, path)\n"
+SETTLE, RENAME = "            _settle(path, temporary, replace)\n", "            os.replace(temporary, path)\n"
 storage = (
     Mutant("digest not checked", READING, "if digest(part) != digests", "if False and digest(part) != digests", KEPT),
     Mutant(
@@ -543,8 +543,8 @@ storage = (
         "        if False:\n            raise",
         KEPT,
     ),
-    Mutant("rename before fsync", FILES, SYNC + RENAME, RENAME + SYNC.replace("temporary", "path"), KEPT),
-    Mutant("no fsync", FILES, SYNC + RENAME, RENAME, KEPT),
+    Mutant("rename before fsync", FILES, SETTLE + RENAME, RENAME + SETTLE.replace("temporary", "path"), KEPT),
+    Mutant("no fsync", FILES, "    _sync(temporary)\n", "", KEPT),
     Mutant(
         "schema digest not checked",
         READING,

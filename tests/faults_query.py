@@ -20,7 +20,7 @@ QUERIES: tuple[Mutant, ...] = (
     Mutant("ties by the last digit", PIECES, "TIE = 4 *", "TIE = 0 *", "tests/test_query.py -k two_as_near"),
     Mutant("links are other files", "floquet/query/several.py", "os.path.realpath(path) for", "path for",
            "tests/test_cli.py -k one_by_whatever"),
-    Mutant("parts beside their whole", DATABASE, "        wanted = [name for name in wanted if name not in wholes]", "        pass",
+    Mutant("parts beside their whole", DATABASE, "for name in wanted if name not in wholes]", "for name in wanted]",
            "tests/test_cli.py -k in_the_whole"),
     Mutant("nothing near untold", "floquet/cli/queries.py", 'not rows and "nearest" in expression', "False",
            "tests/test_cli.py -k several_numbers"),

@@ -29,11 +29,7 @@ def atomic(path: str | Path, *, replace: bool = True) -> Iterator[Path]:
     try:
         with _in_use(temporary):
             yield temporary
-            if path.exists():
-                if not replace:
-                    raise InputError(f"{path} has been written by another program meanwhile: choose another name")
-                shutil.copymode(path, temporary)
-            _sync(temporary)
+            _settle(path, temporary, replace)
             os.replace(temporary, path)
         _sync_folder(path.parent)
     except OSError as error:
@@ -41,6 +37,15 @@ def atomic(path: str | Path, *, replace: bool = True) -> Iterator[Path]:
     finally:
         with contextlib.suppress(OSError):
             temporary.unlink()
+
+
+def _settle(path: Path, temporary: Path, replace: bool) -> None:
+    """Sync a file that is complete, and give it the permissions of the one that it replaces."""
+    _sync(temporary)
+    if path.exists():
+        if not replace:
+            raise InputError(f"{path} has been written by another program meanwhile: choose another name")
+        shutil.copymode(path, temporary)
 
 
 @contextlib.contextmanager
