@@ -65,8 +65,8 @@ FILES: tuple[Mutant, ...] = (
     Mutant(
         "what came meanwhile replaced",
         "floquet/store/files.py",
-        "                if not replace:\n",
-        "                if False:\n",
+        "        if not replace:\n",
+        "        if False:\n",
         f"{STUDY} -k those_that_live",
     ),
     Mutant(
