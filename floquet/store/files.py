@@ -14,6 +14,11 @@ from typing import Any
 
 from ..errors import InputError, StorageError
 
+try:
+    import fcntl
+except ImportError:  # Windows, where files that are in use cannot be removed
+    fcntl = None  # type: ignore[assignment]
+
 __all__ = ["Sink", "atomic", "remove_leftovers", "write_failure"]
 
 
@@ -51,6 +56,9 @@ def _settle(path: Path, temporary: Path, replace: bool) -> None:
 @contextlib.contextmanager
 def _in_use(temporary: Path) -> Iterator[None]:
     """A new file that is locked as long as its writer lives."""
+    if fcntl is None:
+        yield
+        return
     descriptor = os.open(temporary, os.O_RDWR | os.O_CREAT | os.O_EXCL, 0o666)
     try:
         with contextlib.suppress(OSError):  # of a file system without locks
@@ -61,10 +69,8 @@ def _in_use(temporary: Path) -> Iterator[None]:
 
 
 def _lock(descriptor: int) -> None:
-    """Lock a file or raise BlockingIOError; where there are no such locks (Windows), files in use cannot be removed."""
-    with contextlib.suppress(ImportError):
-        import fcntl
-
+    """Lock a file, or raise BlockingIOError."""
+    if fcntl is not None:
         fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
 
 
