@@ -8,16 +8,12 @@ import glob
 import os
 import secrets
 import shutil
+import sys
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
 from ..errors import InputError, StorageError
-
-try:
-    import fcntl
-except ImportError:  # Windows, where files that are in use cannot be removed
-    fcntl = None  # type: ignore[assignment]
 
 __all__ = ["Sink", "atomic", "remove_leftovers", "write_failure"]
 
@@ -56,7 +52,7 @@ def _settle(path: Path, temporary: Path, replace: bool) -> None:
 @contextlib.contextmanager
 def _in_use(temporary: Path) -> Iterator[None]:
     """A new file that is locked as long as its writer lives."""
-    if fcntl is None:
+    if sys.platform == "win32":  # where files that are in use cannot be removed, nor renamed
         yield
         return
     descriptor = os.open(temporary, os.O_RDWR | os.O_CREAT | os.O_EXCL, 0o666)
@@ -70,7 +66,9 @@ def _in_use(temporary: Path) -> Iterator[None]:
 
 def _lock(descriptor: int) -> None:
     """Lock a file, or raise BlockingIOError."""
-    if fcntl is not None:
+    if sys.platform != "win32":
+        import fcntl
+
         fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
 
 
