@@ -13,8 +13,6 @@ CSV and JSON are the same on a screen and in a file.  Files appear whole or not 
 
 from __future__ import annotations
 
-import csv
-import io
 import json
 import math
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
@@ -27,7 +25,7 @@ from numpy.typing import NDArray
 
 from . import store
 from .errors import DatabaseError, InputError, did_you_mean, file_name
-from .plain import strict, words
+from .plain import csv_lines, strict, words
 
 __all__ = ["Answer", "checked_format", "export", "text", "whole", "write"]
 
@@ -138,16 +136,10 @@ def text(answer: Answer, style: str) -> Iterator[str]:
 
 def _csv_blocks(answer: Answer) -> Iterator[str]:
     columns = _parted(answer.columns)
-    yield _csv_lines([columns])
+    yield csv_lines([columns])
     for piece in answer.pieces:
         rows = _split(piece, answer.columns)
-        yield _csv_lines(zip(*(words(rows[name], column.flags) for name, column in columns.items()), strict=True))
-
-
-def _csv_lines(rows: Iterable[Iterable[Any]]) -> str:
-    out = io.StringIO()
-    csv.writer(out, lineterminator="\n").writerows(rows)
-    return out.getvalue()
+        yield csv_lines(zip(*(words(rows[name], column.flags) for name, column in columns.items()), strict=True))
 
 
 def _json_blocks(answer: Answer) -> Iterator[str]:

@@ -1,12 +1,27 @@
-"""Values as texts have them: flags as words, numbers as strict JSON, which every parser reads."""
+"""Values as texts have them: flags as words, numbers as strict JSON, lines of CSV, which every parser reads."""
 
 from __future__ import annotations
 
+import csv
 import math
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from typing import Any
 
-__all__ = ["strict", "words"]
+__all__ = ["csv_lines", "strict", "words"]
+
+
+class _Lines(list[str]):
+    """What a writer of CSV writes to, a line at a time."""
+
+    def write(self, line: str) -> None:
+        self.append(line[:-2] + "\n")
+
+
+def csv_lines(rows: Iterable[Iterable[Any]]) -> str:
+    """Rows as lines that end in a line feed; a text that has one, or a carriage return, is in quotes."""
+    lines = _Lines()
+    csv.writer(lines, lineterminator="\r\n").writerows(rows)  # it quotes what has a letter of its end of line
+    return "".join(lines)
 
 
 def words(values: Any, flags: Mapping[int, str] | None) -> list[Any]:

@@ -10,9 +10,7 @@ is :mod:`floquet.judgement`'s.
 
 from __future__ import annotations
 
-import csv
 import dataclasses
-import io
 import json
 import math
 from collections.abc import Iterable, Mapping, Sequence
@@ -27,7 +25,7 @@ from floquet.comparison import Cause, Comparison, Metric, ModeComparison, Rule
 from floquet.errors import ParameterError
 from floquet.exponents import Reason, Verdict
 from floquet.period_map import Method
-from floquet.plain import strict, words
+from floquet.plain import csv_lines, strict, words
 from floquet.rotor import PARAMETERS, Hub, Rotor
 from floquet.validity import Limit
 
@@ -112,11 +110,7 @@ def as_csv(records: Iterable[Mapping[str, Any]], names: Sequence[str] = ()) -> s
     """
     rows = [_flat(record) for record in records]
     header = list(dict.fromkeys(name for row in rows for name in row)) or list(names)
-    out = io.StringIO()
-    writer = csv.DictWriter(out, header, lineterminator="\n")
-    writer.writeheader()
-    writer.writerows(rows)
-    return out.getvalue().rstrip("\n")
+    return csv_lines([header, *([row.get(name, "") for name in header] for row in rows)]).rstrip("\n")
 
 
 def _flat(record: Mapping[str, Any], prefix: str = "") -> Record:

@@ -430,8 +430,8 @@ def _hub(value: Any) -> Hub:
 def _text(name: str, value: Any) -> str:
     if not isinstance(value, str):
         raise ParameterError(name, value, f"{value!r} was given; it must be a text")
-    if any(letter in "\0\r" or "\ud800" <= letter <= "\udfff" for letter in value):
-        sentence = f"{value!r} was given; it has letters that no database or text file can keep, so leave them out"
+    if "\0" in value or any("\ud800" <= letter <= "\udfff" for letter in value):
+        sentence = f"{value!r} was given; it has letters that no database or UTF-8 file can keep, so leave them out"
         raise ParameterError(name, value, sentence)
     return value
 

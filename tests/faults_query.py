@@ -17,6 +17,8 @@ GRID, GROUPS, DATABASE, PIECES, OUT, DIGESTS = (
 BETWEEN, OPEN = "tests/test_grid.py", "tests/test_openness.py"
 
 QUERIES: tuple[Mutant, ...] = (
+    Mutant("carriage returns without quotes", "floquet/plain.py", 'lineterminator="\\r\\n"', 'lineterminator="\\n\\n"',
+           "tests/test_cli.py -k lines_of_csv"),
     Mutant("ties by the last digit", PIECES, "TIE = 4 *", "TIE = 0 *", "tests/test_query.py -k two_as_near"),
     Mutant("links are other files", "floquet/query/several.py", "os.path.realpath(path) for", "path for",
            "tests/test_cli.py -k one_by_whatever"),

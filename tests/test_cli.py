@@ -23,6 +23,7 @@ from floquet import Rotor, compare, load_rotor, lock_windows, validity_limit
 from floquet.cli import command, main
 from floquet.cli.options import ROTOR_FLAGS
 from floquet.cli.talk import duration, progress
+from floquet.plain import csv_lines
 from floquet.report import NO_INFLOW
 from floquet.store import ALWAYS, data_digest, open_file
 from floquet.study import RunReport, load_study
@@ -645,6 +646,13 @@ def test_what_is_no_study_is_said(run: Floquet, database: str) -> None:
 
 def test_a_column_of_another_table_says_of_which(run: Floquet, database: str) -> None:
     refused(run("query", database, "limit > 0.3"), "'limit' is no column of this table", "--table limits")
+
+
+def test_lines_of_csv_are_those_that_were_written() -> None:
+    rows = [["name", "number"], ["cr\rx", "1"], ["lf\ny", "2"], ['a "b", c', "3"], ["crlf\r\n", ""], ["Ω", "nan"]]
+    text = csv_lines(rows)
+    assert list(csv.reader(io.StringIO(text, newline=""))) == rows
+    assert text.startswith("name,number\n") and text.endswith("\nΩ,nan\n")
 
 
 def test_empty_answer_is_an_answer(run: Floquet, database: str) -> None:

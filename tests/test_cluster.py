@@ -247,7 +247,7 @@ def test_workers_without_this_package_are_one_sentence(scheduler: Scheduler, tmp
         pass
 
 
-LARGE = STUDY.replace("[axes]", "grid = { lock_number = { start = 4, stop = 12, count = 300 } }\n[axes]")
+LARGE = STUDY.replace("[axes]", "grid = { lock_number = { start = 4, stop = 12, count = 3000 } }\n[axes]")
 
 
 @dask
