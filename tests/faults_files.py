@@ -91,9 +91,6 @@ FILES: tuple[Mutant, ...] = (
         f"{SEALED} -k another_way",
     ),
     Mutant(
-        "pipes waited for", READING, "    if not path.is_file():\n", "    if False:\n", "tests/test_store.py -k pipe"
-    ),
-    Mutant(
         "names of rotors that stand twice",
         "floquet/study/merging.py",
         "design, piece = values.tobytes()",

@@ -116,6 +116,7 @@ def _outcome(place: Place, log: Path, disturbance: Disturbance, call: Call) -> O
     lost = place.lost(made for made in calls(log, place.work) if made.done)
     unclear = ""
     if disturbance.sentence:
+        said = "".join(line for line in said.splitlines(True) if not line.startswith("floquet: warning: "))
         clear = said.startswith("floquet: ") and said.count("\n") == 1 and disturbance.sentence in said
         ended = os.waitstatus_to_exitcode(status)
         unclear = "" if ended == 1 and clear else f"status {ended}: {said.strip() or 'not a word'}"
