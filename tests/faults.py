@@ -581,7 +581,7 @@ storage = (
     Mutant("limits of other tolerances taken", EXTENDING, "bits == asked * (len(bits) // size)", "True", GROWN),
     Mutant("few points' last digits taken", EXTENDING, "(plan.points < POINTS):", "(plan.points < 0):", GROWN),
     Mutant("maps of other advance ratios taken", EXTENDING, "    if plan.map:\n", "    if False:\n", GROWN),
-    Mutant("maps taken for rows", EXTENDING, "if mapped != plan.map:", "if False:", GROWN),
+    Mutant("maps taken for rows", EXTENDING, "if (of_maps := mapped(file)) != plan.map:", "if False:", GROWN),
     Mutant("rows of other options taken", EXTENDING, "if options != study.plan.options:", "if False:", GROWN),
     Mutant("rows of another engine taken", EXTENDING, ') != ENGINE:', ') < 0:', GROWN),
     Mutant("designs keep their numbers", EXTENDING, 'out | {"rotor": designs.astype(np.int32)}', "out", GROWN),

@@ -27,7 +27,7 @@ from ..rotor import PARAMETERS
 from ..studyfile import Study
 from ..sweep import ENGINE, Plan, limits_at, points_at
 
-__all__ = ["Known", "known"]
+__all__ = ["DESIGN", "Known", "known", "mapped"]
 
 Array = NDArray[Any]
 Rows = dict[str, Array]
@@ -129,9 +129,8 @@ def known(path: Path, study: Study) -> Known:
     plan = study.plan
     with store.open_file(path) as file:
         _check(file, study)
-        mapped = _mapped(file)
-        if mapped != plan.map:
-            word = "with" if mapped else "without"
+        if (of_maps := mapped(file)) != plan.map:
+            word = "with" if of_maps else "without"
             raise InputError(f"{path} was computed {word} map = true and the study is not: its rows are other rows")
         _refuse_lost_columns(file, study)
         designs = _designs(plan)
@@ -221,7 +220,7 @@ def _refuse_lost_limits(file: store.File, plan: Plan) -> None:
         )
 
 
-def _mapped(file: store.File) -> bool:
+def mapped(file: store.File) -> bool:
     """Whether a database is of maps, by the study that it keeps."""
     try:
         return bool(tomllib.loads(file.attributes["input"]).get("compare", {}).get("map", False))

@@ -6,7 +6,6 @@ import contextlib
 import hashlib
 import json
 import time
-import tomllib
 import warnings
 from collections.abc import Sequence
 from itertools import combinations, pairwise, permutations
@@ -16,7 +15,7 @@ import numpy as np
 
 from .. import __version__, store
 from ..errors import FloquetWarning, InputError
-from .extending import DESIGN
+from .extending import DESIGN, mapped
 from .folder import checked_output
 from .packing import root_attributes
 
@@ -106,8 +105,8 @@ def _refuse_twice(files: Sequence[store.File]) -> None:
 
 def _maps(file: store.File) -> bool:
     """Whether the study that a file keeps was of maps, as far as it says so."""
-    with contextlib.suppress(KeyError, TypeError, AttributeError, tomllib.TOMLDecodeError):
-        return bool(tomllib.loads(file.attributes["input"])["compare"]["map"])
+    with contextlib.suppress(InputError):
+        return mapped(file)
     return False
 
 
