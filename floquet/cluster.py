@@ -19,6 +19,7 @@ import multiprocessing
 import os
 import pkgutil
 import signal
+import threading
 import warnings
 from collections.abc import Callable, Iterator
 from concurrent.futures import BrokenExecutor, Executor, Future
@@ -34,6 +35,7 @@ Value = TypeVar("Value")
 LOCAL = "local"
 CONNECT = 10.0  # seconds that a scheduler has to answer
 CLOSE = 30.0  # seconds to close; Dask itself kills workers that go on for four
+EVERY, STARTS, GIVES_UP = 1.0, 10, 120  # seconds; looks that a worker has to start, and a cluster to have one at all
 INSTALL = f"give scheduler and workers this environment, with floquet-rotor {__version__}"
 GO_ON = "finished shards are kept: go on with --resume"
 
@@ -58,6 +60,8 @@ def dask(where: str, workers: int = 1) -> Iterator[Executor]:
             client = _connected(library, where)
         stack.callback(_closed, client)
         _ready(client, where)
+        if where == LOCAL:
+            stack.enter_context(_staffed(cluster, client, workers))
         yield Tasks(client)
 
 
@@ -133,6 +137,34 @@ def _closed(opened: Any) -> None:
 
 
 @contextlib.contextmanager
+def _staffed(cluster: Any, client: Any, workers: int) -> Iterator[None]:
+    """Another thread that replaces workers which died while they started: Dask begins no other in their place.
+
+    Where none can be started the client is closed, which ends what waits for its tasks.
+    """
+    done = threading.Event()
+
+    def look() -> None:
+        short = 0
+        while not done.wait(EVERY):
+            with contextlib.suppress(Exception):  # whatever becomes of the other side is told by the tasks
+                there = len(client.nthreads())
+                short = short + 1 if there < workers else 0
+                if not there and short > GIVES_UP:
+                    return _closed(client)
+                if short and short % STARTS == 0:
+                    cluster.scale(len(cluster.worker_spec) + workers - there)
+
+    thread = threading.Thread(target=look, daemon=True)
+    thread.start()
+    try:
+        yield
+    finally:
+        done.set()
+        thread.join()
+
+
+@contextlib.contextmanager
 def _no_child_left() -> Iterator[None]:
     """End processes that a cluster has begun and, in the time that it was given, not ended."""
     others = multiprocessing.active_children()
@@ -167,12 +199,12 @@ class Tasks(Executor):
         self._first: tuple[Any, Any] = (None, None)
 
     def submit(self, function: Callable[..., Value], /, *given: Any, **named: Any) -> Future[Value]:
-        first, *others = given
-        if self._first[0] is not first:
-            self._first = first, self._client.submit(_itself, first, pure=False)
+        if given and self._first[0] is not given[0]:
+            self._first = given[0], self._client.submit(_itself, given[0], pure=False)
+        sent = (self._first[1], *given[1:]) if given else ()
         outcome: Future[Value] = Future()
         outcome.set_running_or_notify_cancel()
-        task = self._executor.submit(_single, function, self._first[1], *others, **named)
+        task = self._executor.submit(_single, function, *sent, **named)
         task.add_done_callback(lambda done: _hand_on(done, outcome))
         return outcome
 

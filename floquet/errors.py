@@ -104,16 +104,13 @@ class DatabaseError(InputError):
 
 
 class DamageError(DatabaseError):
-    """Stored data no longer match their digests; ``places`` names the chunks."""
+    """Stored data no longer match their digests, or cannot be read; ``places`` names the chunks."""
 
-    def __init__(self, path: str | Path, places: Sequence[str]) -> None:
+    def __init__(self, path: str | Path, places: Sequence[str] = ("the whole file",), sentence: str = "") -> None:
         shown = ", ".join(places[:3]) + (f" and {len(places) - 3} more" if len(places) > 3 else "")
-        super().__init__(
-            path,
-            f"the stored data do not match their digests ({shown}); the file was changed or the disk is failing: "
-            "restore a copy or run the study again",
-        )
-        self.places = tuple(places)
+        digests = f"the stored data do not match their digests ({shown}); the file was changed or the disk is failing"
+        super().__init__(path, f"{sentence or digests}: restore a copy or run the study again")
+        self.places, self.sentence = tuple(places), sentence
 
 
 class FailedError(FloquetError):

@@ -7,7 +7,7 @@ from tests.faults import ASKED, KEPT, READING, SCHEMA, Mutant
 __all__ = ["FILES"]
 
 SEALED, SEAL, GUARD = "tests/test_seal.py", "floquet/store/seal.py", "floquet/store/guard.py"
-CHECKING = "floquet/checking.py"
+CHECKING, AGAIN = "floquet/checking.py", "floquet/recomputing.py"
 
 STUDY, PROOFS = "tests/test_study.py", "tests/test_proofs.py"
 SHARED, DASK = "floquet/study/workers.py", "tests/test_cluster.py"
@@ -311,11 +311,41 @@ FILES: tuple[Mutant, ...] = (
     Mutant("modules of the working folder", GUARD, '"-P", "-m"', '"-m"', f"{SEALED} -k no_module"),
     Mutant("impossible values", SCHEMA, '"a value that is not possible"', '""', f"{SEALED} -k not_possible"),
     Mutant(
-        "rows not compared", CHECKING, "again[name].tobytes() == value.tobytes()", "True", f"{SEALED} -k never_computed"
+        "killed workers not replaced",
+        "floquet/cluster.py",
+        "short % STARTS == 0",
+        "False",
+        "tests/test_cluster.py -k 'replaced and True'",
     ),
-    Mutant("another engine is equal", CHECKING, "<= bound) for name", "<= 1.0) for name", f"{SEALED} -k held_against"),
     Mutant(
-        "the same engine within bounds", CHECKING, "(mapped or engine != ENGINE) and", "", f"{SEALED} -k never_computed"
+        "no end without workers",
+        "floquet/cluster.py",
+        "short > GIVES_UP",
+        "False",
+        "tests/test_cluster.py -k 'replaced and False'",
+    ),
+    Mutant("how a file is damaged unsaid", GUARD, 'found.get("sentence", "")', '""', f"{SEALED} -k cut_short"),
+    Mutant("rows not compared", AGAIN, "again[name].tobytes() == value.tobytes()", "True", f"{SEALED} -k noticed"),
+    Mutant("another engine is equal", AGAIN, "return all(_near(", "return True or all((", f"{SEALED} -k held_against"),
+    Mutant("exponents not held against bounds", AGAIN, "if not all(_near(", "if not all((", f"{SEALED} -k noticed"),
+    Mutant("rounding moves everything", AGAIN, "ROUNDING = 1e-6", "ROUNDING = 1e-2", f"{SEALED} -k 'noticed or held'"),
+    Mutant("rounding moves nothing", AGAIN, "ROUNDING = 1e-6", "ROUNDING = 0.0", f"{SEALED} -k noticed"),
+    Mutant("any word", AGAIN, "if not np.array_equal(value, again[name]):", "if False:", f"{SEALED} -k noticed"),
+    Mutant("nan is any number", AGAIN, "& np.isnan(again)", "", f"{SEALED} -k noticed"),
+    Mutant("panels are results", AGAIN, "else OF_METHOD[:2]", "else ()", f"{SEALED} -k noticed"),
+    Mutant(
+        "equations not looked at",
+        AGAIN,
+        "KeyError, TypeError, ValueError):\n        return None\n    return",
+        "):\n        return None\n    return",
+        f"{SEALED} -k equations",
+    ),
+    Mutant(
+        "limits not computed again",
+        CHECKING,
+        "for table in file.tables] if",
+        "for table in ['points']] if",
+        f"{SEALED} -k 'noticed or same_bits'",
     ),
     Mutant(
         "columns of a later release lost unsaid",

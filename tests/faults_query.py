@@ -70,5 +70,10 @@ QUERIES: tuple[Mutant, ...] = (
     Mutant("all waits for the end", OUT, "                waiting = []\n", "                pass\n", OPEN),
     Mutant("ranges in another order", DIGESTS, '(minima, "<f8"), (maxima, "<f8")', '(maxima, "<f8"), (minima, "<f8")',
            OPEN),
-    Mutant("HDF5's own attributes digested", DIGESTS, "if k not in HDF5_ATTRIBUTES", "if True", OPEN),
+    Mutant("libraries' attributes digested", DIGESTS, 'if k not in (*OF_LIBRARIES, "attributes_digest")',
+           'if k != "attributes_digest"', f"{OPEN} -k netcdf"),
+    Mutant("netCDF's arrays of one", DIGESTS, "value.size == 1:", "False:", f"{OPEN} -k netcdf"),
+    Mutant("dimensions of copies", DIGESTS, ".startswith(NO_VARIABLE)", ".startswith('x')", f"{OPEN} -k netcdf"),
+    Mutant("attributes of what netCDF copied unread", DIGESTS, ".startswith(NO_VARIABLE)", ".startswith('')",
+           f"{OPEN} -k netcdf"),
 )  # fmt: skip

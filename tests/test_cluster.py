@@ -118,6 +118,33 @@ def test_a_deadly_shard_is_given_up_and_the_others_are_made(
 
 
 @dask
+@pytest.mark.parametrize("startable", [True, False])
+def test_workers_that_die_while_they_start_are_replaced(monkeypatch: pytest.MonkeyPatch, startable: bool) -> None:
+    """Dask restarts what was killed once, and no more if that is killed before it has begun."""
+    never = 10**9
+    for name, value in (("EVERY", 0.2), ("STARTS", never), ("GIVES_UP", never)):
+        monkeypatch.setattr(cluster, name, value)
+    with cluster.dask(cluster.LOCAL, 2) as executor:
+        quiet = time.monotonic()
+        while time.monotonic() < quiet + 3.0:
+            for child in _workers():
+                quiet = time.monotonic()
+                with contextlib.suppress(ProcessLookupError, TypeError):
+                    os.kill(child.pid, signal.SIGKILL)
+            time.sleep(0.01)
+        task = executor.submit(os.getpid)
+        with pytest.raises(TimeoutError):
+            task.result(timeout=1.0)
+        if startable:
+            monkeypatch.setattr(cluster, "STARTS", 5)
+            assert task.result(timeout=60.0) != os.getpid()
+        else:
+            monkeypatch.setattr(cluster, "GIVES_UP", 1)
+            with pytest.raises(FailedError, match="scheduler was lost"):
+                task.result(timeout=60.0)
+
+
+@dask
 def test_workers_have_one_thread_a_task_and_share_the_first_argument() -> None:
     with cluster.dask("local", 1) as executor:
         rotor = Rotor(lock_number=6.0, blades=2, hub=Hub.TEETERING)

@@ -17,8 +17,8 @@ ORDER = (
     "errors", "environment", "plain", "tomlfile", "rotorfile", "rotor", "verdict", "tape", "periodic", "models",
     "kernels", "collocation", "period_map", "passage", "koopman", "certify", "exponents", "modes", "comparison",
     "sensitivity", "tracking", "validity", "response", "decoupling", "sweep", "families", "chunks", "store",
-    "studyfile", "cluster", "study", "checking", "export", "query", "plot", "report", "judgement", "exhibits", "cli",
-    "__main__",
+    "studyfile", "cluster", "study", "recomputing", "checking", "export", "query", "plot", "report", "judgement",
+    "exhibits", "cli", "__main__",
 )  # fmt: skip
 HOMES = {
     "h5py": "store", "matplotlib": "plot", "click": "cli", "rich": "cli", "numba": "kernels", "lark": "query",

@@ -192,6 +192,55 @@ def test_ncdump_prints_every_number(written: tuple[Path, dict[str, Arrays]]) -> 
             assert same_bits(found, variables[table][name]), name
 
 
+def _copied(source: Any, target: Any) -> None:
+    """A group as nccopy copies it: texts as arrays of one, and dimensions for what had none."""
+    for name in source.ncattrs():
+        value = source.getncattr(name)
+        (target.setncattr_string if isinstance(value, str) else target.setncattr)(name, value)
+    for name, dimension in source.dimensions.items():
+        target.createDimension(name, len(dimension))
+    for name, variable in source.variables.items():
+        made = target.createVariable(name, variable.dtype, variable.dimensions, zlib=True)
+        for key in variable.ncattrs():
+            value = variable.getncattr(key)
+            (made.setncattr_string if isinstance(value, str) else made.setncattr)(key, value)
+        made[:] = variable[:]
+    for name, group in source.groups.items():
+        _copied(group, target.createGroup(name))
+
+
+@pytest.mark.filterwarnings("ignore")
+@pytest.mark.parametrize("by", ["netCDF4", "nccopy"])
+def test_a_copy_by_netcdf_is_a_database_with_the_same_data(
+    written: tuple[Path, dict[str, Arrays]], tmp_path: Path, by: str
+) -> None:
+    path, _ = written
+    copy = tmp_path / "copy.nc"
+    if by == "nccopy":
+        subprocess.run([program("nccopy"), path, copy], check=True)
+    else:
+        netcdf = needed("netCDF4")
+        with netcdf.Dataset(path) as source, netcdf.Dataset(copy, "w") as target:
+            for one in (source, target):
+                one.set_auto_maskandscale(False)
+            _copied(source, target)
+    assert store.verify(copy) == ()
+    assert store.data_digest(copy) == store.data_digest(path)
+    with open_database(copy) as found, open_database(path) as kept:
+        assert found.names == kept.names and found.attributes["title"] == "random"
+        assert same_bits(*(db.query("lock > 0", columns="exponent_1")["exponent_1"] for db in (found, kept)))
+
+
+def test_a_changed_attribute_of_a_copy_by_netcdf_is_damage(
+    written: tuple[Path, dict[str, Arrays]], tmp_path: Path
+) -> None:
+    copy = tmp_path / "copy.nc"
+    subprocess.run([program("nccopy"), written[0], copy], check=True)
+    with h5py.File(copy, "r+") as file:
+        file["points/lock_number"].attrs["units"] = ["deg"]
+    assert store.verify(copy) == ("attributes and schema",)
+
+
 def test_h5dump_gives_every_bit(written: tuple[Path, dict[str, Arrays]], tmp_path: Path) -> None:
     path, variables = written
     some = {"points": ("advance_ratio", "exponent_2_re", "exponent_2_im", "cause_coning", "panels")}

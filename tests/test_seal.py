@@ -18,6 +18,7 @@ import numpy as np
 import pytest
 
 from floquet import checking, store, study
+from floquet.cli import main
 from floquet.errors import DamageError, DatabaseError, InputError
 from floquet.query import open_database
 from floquet.store import digests, guard, reading, seal
@@ -149,7 +150,7 @@ def test_the_same_numbers_packed_in_another_way_are_read(path: Path, tmp_path: P
     with store.open_file(path) as file:
         for name, values in expected.items():
             np.testing.assert_array_equal(next(file.chunks("points", [name]))[1][name], values)
-    assert looked_at(path, 3)["recomputed"]["equal"] == 3
+    assert looked_at(path, 3)["recomputed"][0]["equal"] == 3
     study.merge([path], tmp_path / "again.h5")
     assert store.data_digest(tmp_path / "again.h5") == store.data_digest(path)
 
@@ -220,42 +221,112 @@ def test_the_child_takes_no_module_from_the_working_folder(path: Path, monkeypat
 # ---------------------------------------------------------------------- check
 def test_rows_are_computed_again(path: Path) -> None:
     found = checking.check(path, sample=7)
-    assert found.recomputed is not None and (found.recomputed.rows, found.recomputed.equal) == (7, 7)
-    assert str(found).endswith("7 rows computed again: 7 equal") and "its seal holds" in str(found)
-    assert checking.check(path, sample=0).recomputed is None
+    assert [(one.table, one.rows, one.equal) for one in found.recomputed] == [("points", 7, 7)]
+    assert str(found).endswith("7 rows of points computed again: 7 equal") and "its seal holds" in str(found)
+    assert checking.check(path, sample=0).recomputed == ()
     with pytest.raises(InputError, match="0 or more"):
         checking.check(path, sample=-1)
 
 
-def changed(path: Path, out: Path, change: Callable[[dict[str, Any]], None], **attributes: Any) -> Path:
+Rows = dict[str, Any]
+
+
+@pytest.mark.parametrize("bytes_left", [600, 20_000])
+def test_a_file_that_was_cut_short_is_damage(path: Path, bytes_left: int, capsys: pytest.CaptureFixture[str]) -> None:
+    os.truncate(path, bytes_left)
+    with pytest.raises(SystemExit) as end:
+        main(["verify", str(path)])
+    assert end.value.code == 1
+    assert capsys.readouterr().err.count("a.h5: this HDF5 file is damaged or was cut short: restore a copy") == 1
+
+
+def changed(path: Path, out: Path, change: Callable[[Rows], None], table: str = "points", **attributes: Any) -> Path:
     """A database of other numbers with right digests."""
     with store.open_file(path) as file:
-        [(_, rows)] = file.chunks("points", list(file.columns("points")))
+        tables = {t: rows for t in file.tables for _, rows in file.chunks(t, list(file.columns(t)))}
         about = {**file.attributes, **attributes}
-    change(rows)
-    store.write(out, {"points": rows}, {k: v for k, v in about.items() if k != "attributes_digest"})
+    change(tables[table])
+    store.write(out, tables, {k: v for k, v in about.items() if k != "attributes_digest"})
     return out
 
 
-def test_a_number_that_was_never_computed_is_noticed(path: Path, tmp_path: Path) -> None:
-    def wrong(rows: dict[str, Any]) -> None:
-        rows["exponent_1"][5] += 1e-15
+@pytest.fixture(scope="module")
+def full(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """With limits, and all columns of points, some of maps."""
+    folder = tmp_path_factory.mktemp("full")
+    text = STUDY.split("[output]")[0].replace("tolerances = []", "tolerances = [0.02, 0.05, 0.1]")
+    (folder / "full.toml").write_text(text, encoding="utf-8")
+    study.run(load_study(folder / "full.toml"), folder / "full.h5")
+    return folder / "full.h5"
 
-    out = changed(path, tmp_path / "b.h5", wrong)
-    assert store.verify(out) == ()
-    with pytest.raises(DamageError, match="points row 5, computed again"):
-        looked_at(out, 100)
+
+def told(path: Path, table: str = "points") -> tuple[int, int]:
+    """How many rows of a table are equal when they are computed again, and how many within their bounds."""
+    [one] = [one for one in looked_at(path, 1000)["recomputed"] if one["table"] == table]
+    return one["equal"], one["within"]
+
+
+ADDED = [
+    ("points", "exponent_1", 1e-15, True), ("points", "exponent_1", 1e-9, False),
+    ("points", "exact_regressing_2", 1e-9, False), ("points", "error_coning", 1e-12, True),
+    ("points", "error_coning", 1e-4, False), ("points", "tpp_advancing_1", 1e-4, False),
+    ("points", "rule_regressing", 1, False), ("points", "panels", 1, True),
+    ("limits", "limit", 1e-12, True), ("limits", "limit", 1e-4, False), ("limits", "cause", 1, False),
+    ("limits", "interval_1_start", np.nan, False), ("limits", "tolerance", 1e-2, False),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("table", "column", "added", "sound"), ADDED)
+def test_digits_that_rounding_moves_are_within_bounds_and_others_are_noticed(
+    full: Path, tmp_path: Path, table: str, column: str, added: float, sound: bool
+) -> None:
+    def wrong(rows: Rows) -> None:
+        rows[column][np.flatnonzero(np.isfinite(rows[column]))[-1]] += added
+
+    out = changed(full, tmp_path / "b.h5", wrong, table)
+    if sound:
+        assert told(out, table) == (23, 1)
+    else:
+        assert store.verify(out) == ()
+        with pytest.raises(DamageError, match=f"{table} row .*, computed again"):
+            looked_at(out, 1000)
+
+
+def test_every_row_of_points_and_limits_is_computed_again_with_the_same_bits(full: Path) -> None:
+    assert told(full) == (24, 0) and told(full, "limits") == (24, 0)
+
+
+def test_rows_of_maps_without_exponents_are_held_against_what_follows_from_them(tmp_path: Path) -> None:
+    columns = '["error_regressing", "error_coning", "method", "lock"]'
+    text = STUDY.replace("tolerances = []", "map = true\ntolerances = []").split("columns =")[0]
+    (tmp_path / "map.toml").write_text(f"{text}columns = {columns}\n", encoding="utf-8")
+    study.run(load_study(tmp_path / "map.toml"), tmp_path / "map.h5")
+    assert sum(told(tmp_path / "map.h5")) == 24
+
+    def wrong(rows: Rows) -> None:
+        rows["error_coning"][7] *= 1.001
+
+    with pytest.raises(DamageError, match="points row 7, computed again"):
+        looked_at(changed(tmp_path / "map.h5", tmp_path / "b.h5", wrong), 100)
+
+
+@pytest.mark.parametrize("about", [{"options": "{"}, {"options": "{}"}, {"options": '{"model": "warp"}'}])
+def test_equations_that_are_none_are_damage(full: Path, tmp_path: Path, about: Rows) -> None:
+    with pytest.raises(DamageError, match="computed again"):
+        looked_at(changed(full, tmp_path / "b.h5", lambda rows: None, **about), 3)
 
 
 @pytest.mark.parametrize(("size", "sound"), [(1e-15, True), (1e-6, False)])
-def test_another_engine_is_held_against_the_bounds(path: Path, tmp_path: Path, size: float, sound: bool) -> None:
-    def other(rows: dict[str, Any]) -> None:
+def test_another_engine_is_held_against_the_bounds(full: Path, tmp_path: Path, size: float, sound: bool) -> None:
+    def other(rows: Rows) -> None:
         rows["exponent_1"] += size
+        rows["rule_coning"][:] = 1  # what is made of exponents may have been defined otherwise
 
-    out = changed(path, tmp_path / "b.h5", other, engine_version=1)
+    out = changed(full, tmp_path / "b.h5", other, engine_version=1)
     if sound:
-        again = looked_at(out, 100)["recomputed"]
-        assert (again["rows"], again["equal"], again["within"], again["engine"]) == (24, 0, 24, 1)
+        points, limits = looked_at(out, 100)["recomputed"]
+        assert (points["rows"], points["equal"], points["within"], points["engine"]) == (24, 0, 24, 1)
+        assert limits["rows"] == 0
     else:
         with pytest.raises(DamageError, match="computed again"):
             looked_at(out, 100)
@@ -266,7 +337,7 @@ def test_another_engine_is_held_against_the_bounds(path: Path, tmp_path: Path, s
     ("pitch_flap_coupling", np.inf), ("flap_frequency", 0.9),
 ])  # fmt: skip
 def test_values_that_are_not_possible_are_noticed(path: Path, tmp_path: Path, column: str, value: float) -> None:
-    def wrong(rows: dict[str, Any]) -> None:
+    def wrong(rows: Rows) -> None:
         rows[column][2] = value
 
     assert store.verify(changed(path, tmp_path / "b.h5", wrong)) == (f"points/{column} (a value that is not possible)",)

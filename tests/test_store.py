@@ -346,7 +346,7 @@ def _newer(path: Path) -> None:
 def test_what_is_no_database_is_refused_in_a_sentence(path: Path, change: Callable[[Path], Any], sentence: str) -> None:
     change(path)
     with pytest.raises(DatabaseError, match=sentence):
-        store.verify(path)
+        store.open_file(path)
 
 
 # ---------------------------------------------------------------------- writing

@@ -60,7 +60,7 @@ def ask(module: str, path: str | Path, *arguments: str, patience: float | None =
     if found is None:
         raise DamageError(path, [f"metadata, over which the process that examined it {_end(child.returncode)}"])
     if "damage" in found:
-        raise DamageError(path, found["damage"])
+        raise DamageError(path, found["damage"], found.get("sentence", ""))
     if "refused" in found:
         raise DatabaseError(path, found["refused"])
     return found["answer"]
@@ -114,7 +114,7 @@ def answer(work: Callable[[Beat], Any], path: str) -> None:
     try:
         found: dict[str, Any] = {"answer": work(beat)}
     except DamageError as error:
-        found = {"damage": error.places}
+        found = {"damage": error.places, "sentence": error.sentence}
     except DatabaseError as error:
         found = {"refused": str(error).removeprefix(f"{path}: ")}
     except (MemoryError, RecursionError):

@@ -134,7 +134,7 @@ class File:
             variables = {name: i for i, name in enumerate(str(plain(group.attrs["variables"])).split("\n"))}
             digests, minima, maxima = (group[name][()] for name in ("digests", "minima", "maxima"))
             sound = plain(group.attrs["digest"]) == integrity_digest(variables, digests, minima, maxima)
-            self._chunk_rows[table] = chunk_rows = int(group.attrs["chunk_rows"])
+            self._chunk_rows[table] = chunk_rows = int(plain(group.attrs["chunk_rows"]))
         except (OSError, RuntimeError, ValueError, KeyError, TypeError, AttributeError) as error:
             raise DamageError(self.path, [place]) from error
         if not sound:
@@ -142,9 +142,8 @@ class File:
         count = max(1, math.ceil(self._rows[table] / chunk_rows)) if 0 < chunk_rows <= MOST_ROWS else 0
         sizes_agree = digests.shape == (len(variables), count, 16) and minima.shape == maxima.shape == digests.shape[:2]
         if not sizes_agree:
-            raise DatabaseError(
-                self.path, f"the table {table} and its digests do not belong together: the file is damaged"
-            )
+            sentence = f"the table {table} and its digests do not belong together, so this HDF5 file is damaged"
+            raise DamageError(self.path, [table], sentence)
         return variables, digests, minima, maxima
 
     def chunks(
@@ -390,9 +389,7 @@ def _opened(path: str | Path, examined: bool) -> tuple[h5py.File, bool]:
     try:
         return h5py.File(path, "r"), seal.present
     except (OSError, RuntimeError) as error:
-        raise DatabaseError(
-            path, "this HDF5 file is damaged or was cut short: restore a copy or run the study again"
-        ) from error
+        raise DamageError(path, sentence="this HDF5 file is damaged or was cut short") from error
 
 
 @contextlib.contextmanager
@@ -402,7 +399,7 @@ def _reading(path: str) -> Iterator[None]:
     except (OSError, RuntimeError, KeyError, ValueError, TypeError, AttributeError) as error:
         if isinstance(error, DatabaseError):
             raise
-        raise DatabaseError(path, "this HDF5 file is damaged: restore a copy or run the study again") from error
+        raise DamageError(path, sentence="this HDF5 file is damaged") from error
 
 
 def _check_schema(path: str, attributes: Mapping[str, Any]) -> None:

@@ -11,6 +11,7 @@ import gc
 import mmap
 import multiprocessing
 import os
+import re
 import signal
 import tempfile
 from collections.abc import Iterator, Sequence
@@ -18,13 +19,16 @@ from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
 
-from .operations import OPERATIONS, Place, command
+from .operations import LEFT, OPERATIONS, Place, command
 from .tracing import CHANGES, OPENS, Call, calls, traced
 
 __all__ = ["Disturbance", "Outcome", "KILL", "FAILURES", "disturb"]
 
 FAILING = ("write", "pwrite64", "writev", "rename", "renameat", "renameat2", "fsync", "fdatasync", "truncate",
            "ftruncate", "mkdir", "mkdirat", *OPENS)  # fmt: skip
+TRIALS = re.compile(rf"O_TMPFILE|{LEFT}")
+"""Opens that need not succeed: of a file without a name, by which filelock sees whether there are locks, and of what a
+killed writer has left, which stays where it cannot be opened."""
 LASTING = ("write", "pwrite64", "writev", "ftruncate")  # what fails on and on while a disk is full
 MEMORY = "/dev/shm"  # where there is one: the calls are the same, and syncing takes no time
 ROOM = 2**16  # bytes for what a child says
@@ -42,7 +46,9 @@ class Disturbance:
         """Whether the call is one to disturb; what fails by itself, as where a folder is there already, need not."""
         if not self.sentence:
             return call.name in CHANGES
-        return call.done and call.name in FAILING and (call.name not in OPENS or call.writes)
+        if call.name in OPENS and (not call.writes or TRIALS.search(call.line)):
+            return False
+        return call.done and call.name in FAILING
 
     def options(self, call: Call) -> list[str]:
         """Of strace."""

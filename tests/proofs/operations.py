@@ -26,7 +26,7 @@ from floquet.study import running
 
 from .tracing import Call
 
-__all__ = ["OPERATIONS", "Operation", "Place", "command"]
+__all__ = ["LEFT", "OPERATIONS", "Operation", "Place", "command"]
 
 STUDY = """
 [study]
@@ -42,7 +42,8 @@ tolerances = [0.05]
 columns = ["verdict"]
 """
 OUT, PARTS = "out.h5", "out.h5.parts"
-LEFTOVERS = (".out.h5.0123456789abcdef.tmp", f"{PARTS}/.limits-000000000000-000000000001.h5.0123456789abcdef.tmp")
+LEFT = "0123456789abcdef"  # where a temporary file has its random digits
+LEFTOVERS = (f".out.h5.{LEFT}.tmp", f"{PARTS}/.limits-000000000000-000000000001.h5.{LEFT}.tmp")
 
 
 @dataclass(frozen=True)
