@@ -238,9 +238,10 @@ def _to_netcdf(answer: Answer, out: Path) -> None:
         name: column for name, column in answer.columns.items() if name != ROTOR_NAME or ROTOR not in answer.columns
     }
     numbers = {name: i for i, name in enumerate(dict.fromkeys([*answer.names, ""]))}
-    if ROTOR_NAME in columns:
-        flags = {i: name or "-" for name, i in numbers.items()}
-        columns[ROTOR_NAME] = replace(NAMES, dtype="i4", units="1", flags=flags)
+    texts = [name for name, column in columns.items() if column.dtype == "O"]
+    for name in texts:
+        flags = {i: rotor or "-" for rotor, i in numbers.items()}
+        columns[name] = replace(columns[name], dtype="i4", units="1", flags=flags)
     kept = {
         k: v for k, v in answer.attributes.items() if k not in ("attributes_digest", "schema_version", "Conventions")
     }
@@ -249,8 +250,8 @@ def _to_netcdf(answer: Answer, out: Path) -> None:
     with store.create(out, {"answer": count}, kept, columns={"answer": columns}, root="answer") as writers:
         for piece in answer.pieces:
             rows = {name: piece[name] for name in columns}
-            if ROTOR_NAME in columns:
-                rows[ROTOR_NAME] = np.array([numbers[name] for name in rows[ROTOR_NAME].tolist()], "i4")
+            for name in texts:
+                rows[name] = np.array([numbers[rotor] for rotor in rows[name].tolist()], "i4")
             writers["answer"].add(rows)
 
 

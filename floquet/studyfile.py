@@ -19,6 +19,7 @@ import hashlib
 import json
 import math
 import warnings
+from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import product
@@ -240,6 +241,7 @@ def load_study(path: str | Path) -> Study:
     except InputError as error:
         raise ConfigError(path, [Problem(0, "", str(error))]) from error
     _tell_repeated(plan)
+    _tell_given_twice(plan)
     _tell_percent(plan)
     return Study(
         name=data.study.name,
@@ -288,6 +290,16 @@ def _tell_repeated(plan: Plan) -> None:
         FloquetWarning,
         stacklevel=3,
     )
+
+
+def _tell_given_twice(plan: Plan) -> None:
+    """Rows of an advance ratio, or of a tolerance, that is given twice are twice in every count and mean."""
+    ratios, count = np.unique(plan.advance_ratio, return_counts=True)
+    tolerances = [value for (_, value), often in Counter(plan.tolerances).items() if often > 1]
+    for name, again in (("axes.advance_ratio", ratios[count > 1].tolist()), ("compare.tolerances", tolerances)):
+        if again:
+            sentence = f"{name} has {again[0]} twice, and so the rows of every rotor: leave one out"
+            warnings.warn(sentence, FloquetWarning, stacklevel=3)
 
 
 def _called(plan: Plan, design: int) -> str:

@@ -176,11 +176,11 @@ def test_what_lies_in_no_grid_is_refused() -> None:
     four = made(blades=lambda g, e, m: np.where(g > 8, 2, 4))
     speeds = made(advance_ratio=lambda g, e, m: np.where(g > 8, m * 1.01, m))
     cases: list[tuple[dict[str, Any], str, dict[str, float], str]] = [
-        (plain, "", {"lock_number": 12.5}, "lock_number: 12.5 lies outside of the rotors' values, which go from 4 to"),
+        (plain, "", {"lock_number": 12.5}, "lock_number: 12.5 lies outside of the rotors' values, which go from 4.0"),
         (plain, "", {"hinge_offset": -0.01}, "hinge_offset: -0.01 lies outside"),
-        (plain, "", {"advance_ratio": 0.51}, "advance_ratio: 0.51 lies outside of the rows, which go from 0 to 0.5"),
+        (plain, "", {"advance_ratio": 0.51}, "advance_ratio: 0.51 lies outside of the rows, which go from 0.0 to 0.5"),
         (plain, "", {"lock_number": float("nan")}, "lock_number: nan was given; it must be a finite number"),
-        (plain, "", {"root_cutout": 0.1}, "root_cutout: 0.1 lies outside of the rotors' values, which go from 0 to 0"),
+        (plain, "", {"root_cutout": 0.1}, "root_cutout: 0.1 lies outside of the rotors' values, which go from 0.0"),
         (plain, "", {"lock_nmber": 7.0}, "at: 'lock_nmber' is no parameter that lies between rotors, did you mean"),
         (plain, "", {"blades": 4}, "at: 'blades' is no parameter that lies between rotors; put it into the expression"),
         (plain, "rotor > 99", {}, "expression: it holds for no row; name rows of some rotors"),

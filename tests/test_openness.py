@@ -579,13 +579,25 @@ def test_groups_and_names_alone_are_written(
             assert found[name] == (plain if ending == "nc" else [flags[of][v] for v in plain])
         db.save(out, "lock == inf", columns="rotor_name", limit=40)
         rotors = db.query("lock == inf", columns="rotor_name", limit=40)["rotor_name"].tolist()
-    names = read_back(out)["rotor_name"]
+        assert _names(out, "rotor_name", ending) == [plain_name(name, ending) for name in rotors]
+        worst = "rotor_name at min(lock)"
+        db.save(out, by="hub,blades", reduce=worst, limit=11)
+        expected = db.groups(by="hub,blades", reduce=worst, limit=11)
+        assert _names(out, worst, ending) == [plain_name(name, ending) for name in expected[worst].tolist()]
+
+
+def plain_name(name: str, ending: str) -> str:
+    """As it stands in a file: netCDF's words are without spaces, and none is empty."""
+    return ("_".join(name.split()) or "-") if ending == "nc" else name
+
+
+def _names(out: Path, column: str, ending: str) -> list[str]:
+    found = read_back(out)[column]
     if ending == "nc":
         with h5py.File(out) as file:
-            told = file["rotor_name"].attrs["flag_meanings"].split(" ")
-        assert [told[i] for i in names] == [{"": "-"}.get(name, "_".join(name.split())) for name in rotors]
-    else:
-        assert names == rotors
+            told = file[column].attrs["flag_meanings"].split(" ")
+        return [told[i] for i in found]
+    return list(found)
 
 
 def test_a_whole_table_leaves_by_the_same_writers(

@@ -693,21 +693,40 @@ def test_an_empty_answer_keeps_its_dtypes(db: Database) -> None:
 
 @pytest.mark.parametrize("descending", [False, True])
 @pytest.mark.parametrize("limit", [None, 1, 7, 63, 64, 200, 399, 1000])
-@pytest.mark.parametrize("sort", ["lock_number", "blades", "exponent_1_im", None])
+@pytest.mark.parametrize("sort", ["lock_number", "blades", "exponent_1_im", None, "lock, blades",
+                                  ("verdict", "lock", "advance_ratio")])  # fmt: skip
 def test_sorted_and_limited_rows_are_those_of_a_stable_sort(
-    db: Database, sort: str | None, limit: int | None, descending: bool
+    db: Database, sort: str | tuple[str, ...] | None, limit: int | None, descending: bool
 ) -> None:
     """Against Python's sort of all row numbers: ties in file order, nan last in both directions."""
     table = points() | {"exponent_1_im": points()["exponent_1"].imag}
     rows = [i for i in range(400) if table["blades"][i] != 3]
-    if sort is not None:
-        sign = -1 if descending else 1
-        rows.sort(
-            key=lambda i: (bool(np.isnan(table[sort][i])), 0 if np.isnan(table[sort][i]) else sign * table[sort][i])
-        )
-    found = db.query("blades != 3", columns=("rotor", "lock"), sort=sort, limit=limit, descending=descending)
+    keys = [] if sort is None else sort.split(", ") if isinstance(sort, str) else sort
+    sign = -1 if descending else 1
+
+    def place(i: int) -> list[tuple[bool, float]]:
+        values = [float(table[name][i]) for name in keys]
+        return [(v != v, 0.0 if v != v else sign * v) for v in values]
+
+    rows.sort(key=place)
+    found = db.query("blades != 3", columns=("rotor", "lock"), sort=sort, limit=limit, descending=descending and keys)
     for name in ("rotor", "lock"):
         np.testing.assert_array_equal(found[name], table[name][rows[:limit]])
+
+
+def test_an_order_that_is_none_is_refused(db: Database) -> None:
+    cases: list[tuple[dict[str, Any], str]] = [
+        ({"descending": True}, "descending: it turns an order round, and none is given: add sort"),
+        ({"sort": " , "}, "sort: no column is named"),
+        ({"sort": 3}, "sort: 3 was given; it is a column, or several"),
+        ({"sort": ["lock", 3]}, "sort: ['lock', 3] was given"),
+    ]
+    for ask in (db.query, db.groups):
+        for options, sentence in cases:
+            with pytest.raises(ParameterError, match=re.escape(sentence)):
+                ask(**options)
+    with pytest.raises(QueryError, match="'lokc' is no column"):
+        db.query(sort="blades, lokc")
 
 
 @pytest.mark.parametrize("threads", [1, 3])
@@ -732,6 +751,12 @@ def test_rows_that_cannot_enter_the_best_are_not_read() -> None:
         found = Database("x", file).query("", columns=("rotor", "lock"), sort="lock", limit=10)
         np.testing.assert_array_equal(found["rotor"], table["rotor"][:10])
         assert [start for start, columns in file.read if "rotor" in columns] == [0]
+
+
+def test_the_second_key_decides_between_rows_without_the_first() -> None:
+    table = points(640) | {"lock": np.full(640, np.nan), "lock_number": np.arange(640.0, 0.0, -1.0)}
+    found = Database("x", FakeFile({"points": table})).query("", sort=("lock", "lock_number"), limit=10)
+    assert found["lock_number"].tolist() == list(range(1, 11))
 
 
 def test_untested_columns_are_read_only_where_rows_hold() -> None:
@@ -892,7 +917,16 @@ REDUCE = {
     "first(exponent_1)": lambda t, r: t["exponent_1"][r[0]],
     "first(verdict)": lambda t, r: t["verdict"][r[0]],
     "max(exponent_1_im)": lambda t, r: max(t["exponent_1"][r].imag),
+    "advance_ratio at min(error_coning)": lambda t, r: t["advance_ratio"][_least(t["error_coning"], r)],
+    "exponent_1 at max(lock)": lambda t, r: t["exponent_1"][_least(-t["lock"], r)],
+    "verdict at max(exponent_1_im)": lambda t, r: t["verdict"][_least(-t["exponent_1"].imag, r)],
+    "rotor_name at min(blades)": lambda t, r: NAMES[t["rotor"][_least(t["blades"], r)]],
 }
+
+
+def _least(values: Any, rows: list[int]) -> int:
+    """The first row with the least value, nan after all else."""
+    return min(rows, key=lambda i: (values[i] != values[i], 0.0 if values[i] != values[i] else values[i]))
 
 
 def _mean(values: list[float]) -> float:
@@ -931,6 +965,7 @@ def test_no_key_is_one_group_and_no_row_is_none(db: Database) -> None:
     )
     for by in (None, "verdict", ("rotor", "lock")):
         found = db.groups("blades > 100", by=by, reduce="first(exponent_1), min(blades), mean(lock), count")
+        assert db.groups("blades > 100", by=by, reduce="lock at min(blades)")["lock at min(blades)"].size == 0
         assert [v.size for v in found.values()] == [0] * len(found)
         assert [v.dtype for v in found.values()][-4:] == [complex, np.int16, float, np.int64]
 
@@ -1004,7 +1039,12 @@ def test_the_wrong_group_is_named(db: Database) -> None:
         ({"reduce": "max(exponent_1)"}, "reduce: exponent_1 is complex"),
         ({"reduce": "mean(verdict)"}, "verdict holds words, which have no order; take first(verdict) or count"),
         ({"reduce": "min(rotor)"}, "rotor numbers rotors, which have no order; take first(rotor)"),
+        ({"reduce": "rotor at mean(lock)"}, "a value is at a least or greatest one, as in rotor at min(limit)"),
+        ({"reduce": "rotr at min(lock)"}, "reduce: 'rotr' is no column of this table, did you mean 'rotor'?"),
+        ({"reduce": "rotor at min(verdict)"}, "verdict holds words, which have no order"),
+        ({"reduce": "rotor at lock"}, "'lock' is none of min, max"),
         ({"by": "lock", "sort": "blades"}, "sort: 'blades' is none of lock, count"),
+        ({"by": "lock", "sort": "count, blades"}, "sort: 'blades' is none of lock, count"),
         ({"by": "lock", "sort": "cout"}, "did you mean 'count'?"),
         ({"reduce": "first(exponent_1)", "sort": "first(exponent_1)"}, "first(exponent_1) is complex"),
     ]
@@ -1253,7 +1293,7 @@ def test_what_cannot_be_said_between_rows_is_refused() -> None:
     half = {name: values for name, values in curves().items() if name != "cause_coning"}
     edges = curves(lock=np.where(np.arange(32) % 3 == 0, 1.0, np.nan))
     cases: list[tuple[dict[str, Any], dict[str, Any], str]] = [
-        (curves(), {"advance_ratio": 1.01}, "advance_ratio: 1.01 lies outside of the rows, which go from 0 to 1"),
+        (curves(), {"advance_ratio": 1.01}, "advance_ratio: 1.01 lies outside of the rows, which go from 0.0 to 1.0"),
         (curves(), {"advance_ratio": -0.1}, "-0.1 lies outside"),
         (curves(), {"advance_ratio": np.nan}, "advance_ratio: nan was given; it must be a finite number"),
         (curves(), {"advance_ratio": "0.3"}, "advance_ratio: '0.3' was given"),

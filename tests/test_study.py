@@ -236,6 +236,19 @@ def test_a_design_that_is_given_twice_is_told(tmp_path: Path) -> None:
         assert study.load_study(file).plan.repeated() == []
 
 
+@pytest.mark.parametrize(("given", "sentence"), [
+    ("advance_ratio = [0.1, 0.2, 0.1]\n[compare]\ntolerances = [0.05]", "axes.advance_ratio has 0.1 twice"),
+    ("advance_ratio = [0.1, 0.2]\n[compare]\ntolerances = [0.05, 0.1, 0.05]", "compare.tolerances has 0.05 twice"),
+    ("advance_ratio = [0.1, 0.2]\n[compare]\ntolerances = [0.05]\nabsolute_tolerances = [0.05]", ""),
+])  # fmt: skip
+def test_an_advance_ratio_or_a_tolerance_that_is_given_twice_is_told(tmp_path: Path, given: str, sentence: str) -> None:
+    file = tmp_path / "twice.toml"
+    file.write_text(f'[study]\nname = "s"\nschema = 1\n[rotors]\nlist = [{{lock_number = 6.0}}]\n[axes]\n{given}\n')
+    with pytest.warns(FloquetWarning, match=sentence) if sentence else warnings.catch_warnings():
+        warnings.simplefilter("always" if sentence else "error")
+        study.load_study(file)
+
+
 def test_a_missing_rotor_file_is_named(tmp_path: Path) -> None:
     (tmp_path / "s.toml").write_text(SMALL.replace("list =", 'files = ["nowhere.toml"]\nlist ='))
     with pytest.raises(ConfigError, match=r"nowhere\.toml"):

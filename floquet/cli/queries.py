@@ -26,10 +26,10 @@ SCREEN = 1000
     "--reduce",
     "reduced",
     multiple=True,
-    help="What a group is reduced to, separated by commas: min(limit), max(…), mean(…), median(…), first(…), or count "
-    "(left out).",
+    help="What a group is reduced to, separated by commas: min(limit), max(…), mean(…), median(…), first(…), "
+    "rotor_name at min(limit), or count (left out).",
 )
-@click.option("--sort", help="Column to sort by.")
+@click.option("--sort", help="Columns to sort by, separated by commas.")
 @click.option("--descending", is_flag=True, help="Largest first.")
 @click.option("--limit", type=int, help="Number of rows.")
 @click.option(

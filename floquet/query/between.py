@@ -104,7 +104,7 @@ def interpolated(rows: Rows, names: Sequence[str], kinds: Sequence[str], present
     if np.isclose(x[nearest], mu, rtol=SAME, atol=0):
         mu = float(x[nearest])
     if not x[0] <= mu <= x[-1]:
-        raise ParameterError(MU, mu, f"{mu:g} lies outside of the rows, which go from {x[0]:g} to {x[-1]:g}")
+        raise ParameterError(MU, mu, f"{mu} lies outside of the rows, which go from {float(x[0])} to {float(x[-1])}")
     if mu == x[nearest]:
         taken = np.array([nearest])
     else:

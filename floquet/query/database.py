@@ -126,7 +126,7 @@ class Database:
         *,
         table: str = "points",
         columns: str | Sequence[str] | None = None,
-        sort: str | None = None,
+        sort: str | Sequence[str] | None = None,
         descending: bool = False,
         limit: int | None = None,
     ) -> Rows:
@@ -134,8 +134,9 @@ class Database:
 
         ``columns`` names what is returned, complex columns by their name or by their parts; None is a short list for
         printing and the columns that ``expression`` and ``sort`` name, "*" is all of them. ``rotor_name`` stands
-        beside the index ``rotor`` (an empty text where a rotor has no name). ``sort`` is stable, with nan last in both
-        directions; ``limit`` is the number of rows, after sorting. Memory holds a chunk and the answer.
+        beside the index ``rotor`` (an empty text where a rotor has no name). ``sort`` is by a column, or by several,
+        each between equals of those before; it is stable, with nan last in both directions. ``limit`` is the number of
+        rows, after sorting. Memory holds a chunk and the answer.
         """
         pieces, wanted = self._rows(expression, table, columns, sort, descending, limit)
         found = joined(list(pieces))
@@ -155,7 +156,7 @@ class Database:
         *,
         table: str = "points",
         columns: str | Sequence[str] | None = None,
-        sort: str | None = None,
+        sort: str | Sequence[str] | None = None,
         descending: bool = False,
         limit: int | None = None,
     ) -> Any:
@@ -198,7 +199,7 @@ class Database:
         reduce: str | Sequence[str] | None = None,
         table: str = "points",
         columns: str | Sequence[str] | None = None,
-        sort: str | None = None,
+        sort: str | Sequence[str] | None = None,
         descending: bool = False,
         limit: int | None = None,
     ) -> Answer:
@@ -247,17 +248,17 @@ class Database:
         expression: str,
         table: str,
         columns: str | Sequence[str] | None,
-        sort: str | None,
+        sort: str | Sequence[str] | None,
         descending: bool,
         limit: int | None,
         also: Sequence[str] = (),
     ) -> tuple[Iterator[Rows], list[str]]:
         """The rows of a query in pieces, of which there is one at least, and which of their columns were asked for."""
         present, scope, predicate = self._asked(expression, table)
-        key = () if sort is None else (scope.check(str(sort)),)
+        key = tuple(map(scope.check, _sorted_by(sort, descending)))
         wanted = self._wanted(table, columns, present, scope, (*predicate.names, *key))
         limit = _checked_limit(limit)
-        best = Best(key[0], bool(descending), limit) if key else None
+        best = Best(key, bool(descending), limit) if key else None
         read = [ROTOR if name == ROTOR_NAME else name for name in (*wanted, *also)]
         pieces = self._pieces(table, self._settled(table, predicate), list(dict.fromkeys([*read, *key])), best, limit)
         if best is not None:
@@ -278,37 +279,42 @@ class Database:
         by: str | Sequence[str] | None = None,
         reduce: str | Sequence[str] = "count",
         table: str = "points",
-        sort: str | None = None,
+        sort: str | Sequence[str] | None = None,
         descending: bool = False,
         limit: int | None = None,
     ) -> Rows:
         """One row a group of rows with equal values in the columns ``by``, of those for which ``expression`` holds.
 
         ``reduce`` names what is said of a group, ``"min(limit), mean(limit), count"``: min, max, mean and median pass
-        over nan; count is of rows, count(x) of those where x is not nan; first(x) is of the first row in the file. The
-        answer has the columns ``by`` (and the rotors' names beside ``rotor``) and those reductions, under their names
-        as written here. It is in the order of ``by``, or of ``sort``, one of its columns; nan comes last. Memory holds
-        a chunk and the groups, and of a median the column it is of.
+        over nan; count is of rows, count(x) of those where x is not nan; first(x) is of the first row in the file, and
+        ``"rotor_name at min(limit)"`` of the first with the least limit. The answer has the columns ``by`` (and the
+        rotors' names beside ``rotor``) and those reductions, under their names as written here. It is in the order of
+        ``by``, or of ``sort``, some of its columns; nan comes last. Memory holds a chunk and the groups, and of a
+        median the column it is of.
         """
         present, scope, predicate = self._asked(expression, table)
         reduced, keys = reductions(reduce, present, scope), group_keys(by, scope)
         limit = _checked_limit(limit)
         names = [*keys, *(one.name for one in reduced)]
-        if sort is not None and sort not in names:
-            near = did_you_mean(str(sort), names)
-            raise ParameterError("sort", sort, f"{short(str(sort))!r} is none of {', '.join(names)}{near}")
+        order = _sorted_by(sort, descending)
+        for name in order:
+            if name not in names:
+                near = did_you_mean(name, names)
+                raise ParameterError("sort", name, f"{short(name)!r} is none of {', '.join(names)}{near}")
         whole = {name: np.dtype(column.dtype) for name, column in present.items()}
         groups = Groups(keys, reduced, {**scope.dtypes, **whole})
         read = groups.read or list(predicate.names) or list(present)[:1]
         for rows in self._pieces(table, self._settled(table, predicate), read, None, None):
             groups.add(rows, len(rows[read[0]]))
         found = groups.result()
-        if sort is not None:
-            if np.iscomplexobj(found[sort]):
-                raise ParameterError("sort", sort, f"{sort} is complex, which has no order; sort by another column")
-            best = Best(sort, bool(descending), None)
+        if order:
+            for name in order:
+                if np.iscomplexobj(found[name]):
+                    raise ParameterError("sort", name, f"{name} is complex, which has no order; sort by another column")
+            best = Best(order, bool(descending), None)
             best.add(found)
             found = best.result()
+        found |= {one.name: self._named(found[one.name]) for one in reduced if one.value == ROTOR_NAME}
         if ROTOR in keys and any(self.names):
             names.insert(names.index(ROTOR) + 1, ROTOR_NAME)
             found[ROTOR_NAME] = self._named(found[ROTOR])
@@ -415,7 +421,7 @@ class Database:
         self, table: str, predicate: Predicate, read: Sequence[str], best: Best | None, limit: int | None
     ) -> Iterator[Rows]:
         """Rows that hold, a few chunks at a time; the columns that are not tested are read only where a row does."""
-        early = list(dict.fromkeys([*predicate.names, *([best.key] if best else [])])) or list(read)
+        early = list(dict.fromkeys([*predicate.names, *(best.keys if best else [])])) or list(read)
         late = [name for name in read if name not in early]
         yield self._nothing(table, read)
         if limit == 0:
@@ -460,6 +466,19 @@ _NO_ROW = "it holds for no row"
 def _both(*expressions: str) -> str:
     """The expression that holds where all do; an empty one holds everywhere."""
     return " and ".join(f"({text})" for text in expressions if text.strip())
+
+
+def _sorted_by(sort: object, descending: object) -> list[str]:
+    """The columns of an order, given as one text with commas or as several."""
+    names = [sort] if isinstance(sort, str) else [] if sort is None else sort
+    if not isinstance(names, Sequence) or not all(isinstance(name, str) for name in names):
+        raise ParameterError("sort", sort, f"{short(repr(sort))} was given; it is a column, or several")
+    found = [name.strip() for text in names for name in text.split(",") if name.strip()]
+    if sort is not None and not found:
+        raise ParameterError("sort", sort, "no column is named; name some, or leave it out")
+    if descending and not found:
+        raise ParameterError("descending", descending, "it turns an order round, and none is given: add sort")
+    return found
 
 
 def _checked_limit(limit: object) -> int | None:

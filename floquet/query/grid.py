@@ -103,8 +103,8 @@ def axes_of(rotors: Rows, design: Mapping[str, float]) -> list[Axis]:
         low, high = axis.nodes[0], axis.nodes[-1]
         if axis.node is None and not low < axis.at < high:
             raise ParameterError(
-                axis.name, axis.at, f"{axis.at:g} lies outside of the rotors' values, which go from {low:g} to "
-                f"{high:g}; nothing is said beyond them: floquet.compare computes there",
+                axis.name, axis.at, f"{axis.at} lies outside of the rotors' values, which go from {float(low)} "
+                f"to {float(high)}; nothing is said beyond them: floquet.compare computes there",
             )  # fmt: skip
     axes = [axis for axis in axes if axis.nodes.size > 1]
     names = [axis.name for axis in axes]
@@ -131,7 +131,7 @@ def speeds_of(rows: Array, mu: float) -> Axis:
     axis = Axis(name=MU, nodes=np.unique(rows), at=mu)
     low, high = axis.nodes[0], axis.nodes[-1]
     if axis.node is None and not low < mu < high:
-        raise ParameterError(MU, mu, f"{mu:g} lies outside of the rows, which go from {low:g} to {high:g}")
+        raise ParameterError(MU, mu, f"{mu} lies outside of the rows, which go from {float(low)} to {float(high)}")
     return axis
 
 

@@ -1,4 +1,4 @@
-"""Rows → one row a group: min, max, mean, median, count and first, from chunks one by one.
+"""Rows → one row a group: min, max, mean, median, count, first and x at min(y), from chunks one by one.
 
 Memory goes by the number of groups, and for a median by the number of rows: it keeps its column.
 
@@ -10,6 +10,7 @@ values v into one number s a group, with nan for "no value here"::
     median   s ← s, v                   of s sorted the middle one, or the mean of the two; nan passed over
     count    s ← s + 1                  over all rows; of a column, over the rows where it is not nan
     first    s ← v of the first row of the group in file order, whatever it is
+    x at min(y)    s ← v of the first row with the least y (nan after all else); x at max(y) of that with the greatest
 """
 
 from __future__ import annotations
@@ -25,20 +26,33 @@ from floquet.errors import ParameterError, QueryError, did_you_mean
 from floquet.query.language import ROTOR, ROTOR_NAME, Array, Column, Rows, Scope, short
 
 REDUCTIONS = ("min", "max", "mean", "median", "count", "first")
-_WRITTEN = re.compile(r"\s*(\w+)\s*(?:\(\s*(\w*)\s*\)\s*)?")
+_WRITTEN = re.compile(r"\s*(?:(\w+)\s+at\s+)?(\w+)\s*(?:\(\s*(\w*)\s*\)\s*)?")
+_ORDERED = ("min", "max", "mean", "median")
 
 
 @dataclass(frozen=True, kw_only=True)
 class Reduction:
-    """One number a group: ``kind`` of REDUCTIONS, of a column; count needs none."""
+    """One number a group: ``kind`` of REDUCTIONS, of a column (count needs none), or another column's value there."""
 
     kind: str
     column: str = ""
+    value: str = ""
 
     @property
     def name(self) -> str:
         """How the column of the answer is called."""
-        return f"{self.kind}({self.column})" if self.column else self.kind
+        own = f"{self.kind}({self.column})" if self.column else self.kind
+        return f"{self.value} at {own}" if self.value else own
+
+    @property
+    def result(self) -> str:
+        """The column whose values the answer has."""
+        return ROTOR if self.value == ROTOR_NAME else self.value or self.column
+
+    @property
+    def reads(self) -> list[str]:
+        """The columns it goes by, that of the answer first."""
+        return [*([self.result] if self.value else []), *([self.column] if self.column else [])]
 
     @classmethod
     def of(cls, text: str, columns: Mapping[str, Column], scope: Scope) -> Reduction:
@@ -46,22 +60,23 @@ class Reduction:
         match = _WRITTEN.fullmatch(text)
         if match is None:
             raise ParameterError("reduce", text, f"{short(text)!r} is no reduction, {_AS_IN}")
-        kind, column = match[1], match[2] or ""
+        value, kind, column = match[1] or "", match[2], match[3] or ""
         if kind not in REDUCTIONS:
             near = did_you_mean(kind, REDUCTIONS) or f", {_AS_IN}"
             raise ParameterError("reduce", text, f"{short(kind)!r} is none of {', '.join(REDUCTIONS)}{near}")
         if not column and kind != "count":
             raise ParameterError("reduce", text, f"{kind} is of a column, as in {kind}(limit)")
+        if value and kind not in ("min", "max"):
+            raise ParameterError("reduce", text, f"a value is at a least or greatest one, as in {value} at min(limit)")
+        for name in (value,) if value else ():
+            if name not in columns and not (name == ROTOR_NAME and ROTOR in columns):
+                _checked("reduce", name, scope)
         if column and not (kind == "first" and column in columns):
             _checked("reduce", column, scope)
-        if (
-            kind in ("min", "max", "mean", "median")
-            and column in columns
-            and (columns[column].flags or column == ROTOR)
-        ):
+        if kind in _ORDERED and column in columns and (columns[column].flags or column == ROTOR):
             what = "numbers rotors" if column == ROTOR else "holds words"
             raise ParameterError("reduce", text, f"{column} {what}, which have no order; take first({column}) or count")
-        return cls(kind=kind, column=column)
+        return cls(kind=kind, column=column, value=value)
 
 
 _AS_IN = "as in min(limit), count"
@@ -105,13 +120,13 @@ class Groups:
     def __init__(self, by: Sequence[str], reduced: Sequence[Reduction], dtypes: Mapping[str, np.dtype[Any]]) -> None:
         self._by, self._dtypes = tuple(by), dtypes
         self._number: dict[bytes, int] = {}
-        self._folds = {one.name: _FOLDS[one.kind](dtypes.get(one.column)) for one in reduced}
-        self._columns = {one.name: one.column for one in reduced}
+        self._folds = {one.name: _fold(one, dtypes.get(one.result)) for one in reduced}
+        self._columns = {one.name: one.reads for one in reduced}
 
     @property
     def read(self) -> list[str]:
         """The columns that a chunk must have."""
-        return list(dict.fromkeys([*self._by, *(column for column in self._columns.values() if column)]))
+        return list(dict.fromkeys([*self._by, *(name for names in self._columns.values() for name in names)]))
 
     def add(self, rows: Rows, count: int) -> None:
         """Fold ``count`` rows, in file order, into their groups."""
@@ -120,9 +135,8 @@ class Groups:
         group = self._group(rows, count)
         for name, fold in self._folds.items():
             fold.grow(len(self._number))
-            column = self._columns[name]
             with np.errstate(all="ignore"):
-                fold.add(group, rows[column] if column else np.zeros(count))
+                fold.add(group, *([rows[column] for column in self._columns[name]] or [np.zeros(count)]))
 
     def _group(self, rows: Rows, count: int) -> Array:
         """(count,) the number of each row's group; new ones are numbered on."""
@@ -141,7 +155,8 @@ class Groups:
 
         Without keys there is one, be it of no rows: counts are 0 then, and the others nan; but no row is the first.
         """
-        if not self._by and not self._number and not any(isinstance(fold, _First) for fold in self._folds.values()):
+        of_a_row = any(isinstance(fold, _First | _At) for fold in self._folds.values())
+        if not self._by and not self._number and not of_a_row:
             none = {_Count: np.zeros(1, dtype=np.int64)}
             return {name: none.get(type(fold), np.full(1, np.nan)) for name, fold in self._folds.items()}
         met = np.frombuffer(b"".join(self._number), dtype=float).reshape(len(self._number), max(1, len(self._by)))
@@ -246,8 +261,35 @@ class _First:
         return self._state
 
 
+class _At:
+    """A value of the row with the least or greatest key."""
+
+    def __init__(self, sign: float, dtype: np.dtype[Any] | None) -> None:
+        self._sign, self._state, self._key, self._known = sign, np.empty(0, dtype or float), np.empty(0), 0
+
+    def grow(self, groups: int) -> None:
+        self._state, self._key = _longer(self._state, groups, 0), _longer(self._key, groups, np.nan)
+        self._new, self._known = self._known, groups
+
+    def add(self, group: Array, values: Array, key: Array) -> None:
+        keys = self._sign * np.asarray(key, dtype=float)
+        order = np.lexsort((keys, group))  # stable, and nan last
+        first = order[np.flatnonzero(np.diff(group[order], prepend=-1))]
+        at, least = group[first], keys[first]
+        better = (at >= self._new) | (least < self._key[at]) | (np.isnan(self._key[at]) & ~np.isnan(least))
+        self._state[at[better]], self._key[at[better]] = values[first[better]], least[better]
+
+    def result(self) -> Array:
+        return self._state
+
+
 def _longer(state: Array, length: int, fill: float) -> Array:
     return np.concatenate([state, np.full(length - state.size, fill, state.dtype)]) if length > state.size else state
+
+
+def _fold(one: Reduction, dtype: np.dtype[Any] | None) -> Any:
+    """What gathers a reduction whose values have this type."""
+    return _At(1.0 if one.kind == "min" else -1.0, dtype) if one.value else _FOLDS[one.kind](dtype)
 
 
 _FOLDS: dict[str, Callable[[np.dtype[Any] | None], Any]] = {

@@ -23,7 +23,7 @@ REDUCED = {
     "first": "of the first row: ",
     "count": "number of rows with a value: ",
 }
-_REDUCTION = re.compile(r"(\w+)\((\w+)\)")
+_REDUCTION = re.compile(r"(?:(\w+) at )?(\w+)\((\w+)\)")
 
 
 class Meaning(NamedTuple):
@@ -46,7 +46,10 @@ def meaning(name: str, dtype: np.dtype[Any], columns: Mapping[str, Column]) -> M
     if name == ROTOR_NAME:
         return Meaning("O", "", "name of the rotor")
     if match := _REDUCTION.fullmatch(name):
-        of = meaning(match[2], dtype, columns)
-        units, flags = ("1", None) if match[1] == "count" else (of.units, of.flags if match[1] == "first" else None)
-        return Meaning(kind, units, REDUCED[match[1]] + of.long_name, flags)
+        value, by, column = match.groups()
+        of = meaning(value or column, dtype, columns)
+        if value:
+            return of._replace(long_name=f"{of.long_name}, where {column} is {REDUCED[by].removesuffix(': ')}")
+        units, flags = ("1", None) if by == "count" else (of.units, of.flags if by == "first" else None)
+        return Meaning(kind, units, REDUCED[by] + of.long_name, flags)
     return Meaning(kind, "1", "number of rows" if name == "count" else name)

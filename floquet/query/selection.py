@@ -11,42 +11,43 @@ from floquet.query.language import Array, Rows
 
 
 class Best:
-    """The first ``limit`` rows in the order of a key, from pieces that arrive in file order: stable, nan last.
+    """The first ``limit`` rows in the order of some keys, from pieces that arrive in file order: stable, nan last.
 
-    At most 2 ``limit`` rows and one piece are kept; once ``limit`` rows are there, ``admits`` drops a row that comes no
+    At most 2 ``limit`` rows and one piece are kept; once ``limit`` rows are there, ``admits`` drops rows that come no
     earlier than the last of them.
     """
 
-    def __init__(self, key: str, descending: bool, limit: int | None) -> None:
-        self.key, self.descending, self.limit = key, descending, limit
+    def __init__(self, keys: Sequence[str], descending: bool, limit: int | None) -> None:
+        self.keys, self.descending, self.limit = tuple(keys), descending, limit
         self._pieces: list[Rows] = []
         self._rows = 0
         self._worst: Any = None
 
-    def _keys(self, rows: Rows) -> Array:
-        keys = np.asarray(rows[self.key], dtype=float)
-        return -keys if self.descending else keys
+    def _keys(self, rows: Rows) -> list[Array]:
+        keys = (np.asarray(rows[name], dtype=float) for name in self.keys)
+        return [-values if self.descending else values for values in keys]
 
     def admits(self, rows: Rows) -> Array:
-        keys = self._keys(rows)
-        if self._worst is None:
-            return np.ones(keys.shape, dtype=bool)
-        admitted: Array = ~(keys >= self._worst) & ~np.isnan(keys)
+        first, *others = self._keys(rows)
+        if self._worst is None or (others and np.isnan(self._worst)):
+            return np.ones(first.shape, dtype=bool)
+        beyond = first > self._worst if others else first >= self._worst  # the others decide between equals
+        admitted: Array = ~beyond & ~np.isnan(first)
         return admitted
 
     def add(self, rows: Rows) -> None:
         self._pieces.append(rows)
-        self._rows += len(rows[self.key])
+        self._rows += len(rows[self.keys[0]])
         if self.limit is not None and self._rows >= 2 * self.limit:
             self.result()
 
     def result(self) -> Rows:
         rows = joined(self._pieces)
-        order = np.argsort(self._keys(rows), kind="stable")[: self.limit]
+        order = np.lexsort(self._keys(rows)[::-1])[: self.limit]
         rows = {name: values[order] for name, values in rows.items()}
         self._pieces, self._rows = [rows], len(order)
         if self.limit and len(order) == self.limit:
-            self._worst = self._keys(rows)[-1]
+            self._worst = self._keys(rows)[0][-1]
         return rows
 
 
