@@ -91,13 +91,6 @@ FILES: tuple[Mutant, ...] = (
         f"{SEALED} -k another_way",
     ),
     Mutant(
-        "names of rotors that stand twice",
-        "floquet/study/merging.py",
-        "design, piece = values.tobytes()",
-        "design, piece = str(file.names).encode() + values.tobytes()",
-        f"{STUDY} -k another_name",
-    ),
-    Mutant(
         "notes removed with the parts", "floquet/study/folder.py", '"points-*.h5", ', '"*", ', f"{STUDY} -k others_put"
     ),
     Mutant(

@@ -7,12 +7,13 @@ from pathlib import Path
 from typing import Any
 
 import h5py
+import numpy as np
 import pytest
 
 from floquet import store, study
 from floquet.errors import DatabaseError, InputError
 from floquet.query import open_database
-from floquet.study import extending, running, shards
+from floquet.study import alike, extending, running, shards
 
 SMALL = """
 [study]
@@ -284,3 +285,23 @@ columns = ["verdict"]
         with pytest.raises(InputError, match=f"has {lost} rows of designs or advance ratios that the study has not"):
             study.run(study.load_study(file), out, extend=True)
         assert out.read_bytes() == before and not study.parts_of(out).exists()
+
+
+# ---------------------------------------------------------------------- alike
+@pytest.mark.parametrize("seed", range(5))
+def test_designs_are_found_as_a_dictionary_finds_them(seed: int) -> None:
+    """Values of few bits, so that many designs are equal and many differ in one bit of one parameter."""
+    g = np.random.default_rng(seed)
+
+    def some(count: int) -> dict[str, Any]:
+        rows = {name: g.choice([0.0, -0.0, 8.0, np.nextafter(8.0, 9.0)], count) for name in alike.DESIGN}
+        return rows | {name: np.zeros(count) for name in alike.DESIGN[3:]}
+
+    wanted, there = some(200), some(40)
+    bits = [list(zip(*(rows[name].view("u8").tolist() for name in alike.DESIGN), strict=True))
+            for rows in (wanted, there)]  # fmt: skip
+    numbers = {design: i for i, design in reversed(list(enumerate(bits[1])))}
+    found = alike.first_of(alike.marks(wanted), alike.marks(there))
+    assert found.tolist() == [numbers.get(design, -1) for design in bits[0]]
+    assert -1 in found and len(set(found.tolist())) > 20
+    assert alike.first_of(alike.marks(wanted), alike.marks(some(0))).tolist() == [-1] * 200

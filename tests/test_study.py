@@ -1016,6 +1016,22 @@ def test_a_rotor_of_another_name_is_no_other_rotor(two: tuple[Path, Path], tmp_p
         study.merge([tmp_path / "A.h5", tmp_path / "B.h5"], tmp_path / "m.h5")
 
 
+def test_a_design_that_a_database_has_twice_is_looked_at_each_time(tmp_path: Path) -> None:
+    ratios = {"a": "[0.1, 0.2]", "b": "[0.3, 0.4]", "c": "[0.4, 0.5]", "d": "[0.5, 0.6]", "e": "[0.1, 0.3]"}
+    for name, values in ratios.items():
+        text = f'[study]\nname = "{name}"\n[rotors]\nlist = [{{ lock_number = 8.0 }}]\n[axes]\n'
+        (tmp_path / f"{name}.toml").write_text(f"{text}advance_ratio = {values}\n")
+        study.run(study.load_study(tmp_path / f"{name}.toml"), tmp_path / f"{name}.h5")
+    a, b, c, d, e = (tmp_path / f"{name}.h5" for name in ratios)
+    study.merge([a, b], tmp_path / "ab.h5")
+    for pair in ([tmp_path / "ab.h5", c], [c, tmp_path / "ab.h5"]):
+        with pytest.raises(InputError, match=r"both have a rotor of lock_number 8.* at μ = 0.4, and its row"):
+            study.merge(pair, tmp_path / "m.h5")
+    with pytest.raises(InputError, match=r"ab.h5 has every design and advance ratio of .*e.h5"):
+        study.merge([tmp_path / "ab.h5", e], tmp_path / "m.h5")
+    assert study.merge([tmp_path / "ab.h5", d], tmp_path / "m.h5")["points"] == 6
+
+
 def test_rows_keep_the_number_of_the_engine_that_computed_them(
     tiny: Path, two: tuple[Path, Path], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

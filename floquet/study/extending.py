@@ -11,9 +11,8 @@ from __future__ import annotations
 import contextlib
 import json
 import tomllib
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator
 from dataclasses import dataclass
-from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -23,15 +22,14 @@ from numpy.typing import NDArray
 from .. import store
 from ..errors import DatabaseError, InputError
 from ..kernels import POINTS
-from ..rotor import PARAMETERS
 from ..studyfile import Study
 from ..sweep import ENGINE, Plan, limits_at, points_at
+from .alike import Marks, Runs, first_of, of_plan, runs
 
-__all__ = ["DESIGN", "Known", "known", "mapped"]
+__all__ = ["Known", "known", "mapped"]
 
 Array = NDArray[Any]
 Rows = dict[str, Array]
-DESIGN = (*(p.name for p in PARAMETERS), "blades", "hub")
 
 
 @dataclass(frozen=True, eq=False)
@@ -133,23 +131,23 @@ def known(path: Path, study: Study) -> Known:
             word = "with" if of_maps else "without"
             raise InputError(f"{path} was computed {word} map = true and the study is not: its rows are other rows")
         _refuse_lost_columns(file, study)
-        designs = _designs(plan)
-        runs, ratios = _runs(file, "points", ("advance_ratio",))
-        _refuse_loss(path, plan, designs, runs, ratios)
-        where = _where(designs, runs)
-        grids = {bits: i for i, bits in enumerate(dict.fromkeys(ratios))}
-        numbers = np.array([grids[bits] for bits in ratios], np.intp)
-        places = np.array([_places(plan, np.frombuffer(bits, "<f8")) for bits in grids])
+        designs = of_plan(plan)
+        found = runs(file, "points", ("advance_ratio",))
+        _refuse_loss(path, plan, designs, found)
+        where = first_of(designs, found.marks)
+        places = np.array([_places(plan, ratios.ravel()) for ratios in found.beside])
         if (file.rows("points") < POINTS) != (plan.points < POINTS):
             where[:] = -1  # few points are computed another way, and have other last digits
-        first = np.where(where >= 0, runs["start"][where], -1)
+        there = where >= 0
+        first, grid = np.full(plan.designs, -1, np.int64), np.zeros(plan.designs, np.intp)
+        first[there], grid[there] = found.start[where[there]], found.which[where[there]]
         limits = np.full((plan.designs, 2), -1, np.int64)
         if "limits" in file.tables:
             _refuse_lost_limits(file, plan)
         if plan.tolerances and "limits" in file.tables:
             limits = _known_limits(file, plan, designs)
         digest = file.data_digest()
-    return Known(path, digest, first, np.where(where >= 0, numbers[where], 0), places, limits)
+    return Known(path, digest, first, grid, places, limits)
 
 
 def _check(file: store.File, study: Study) -> None:
@@ -184,15 +182,12 @@ def _refuse_lost_columns(file: store.File, study: Study) -> None:
         )
 
 
-def _refuse_loss(path: Path, plan: Plan, designs: Array, runs: Mapping[str, Array], ratios: Sequence[bytes]) -> None:
+def _refuse_loss(path: Path, plan: Plan, designs: Marks, found: Runs) -> None:
     """A database keeps every row that it has: the study must have all of its designs and advance ratios."""
-    wanted, kept = set(designs.tolist()), set(plan.advance_ratio.astype("<f8").view("<i8").tolist())
-    left = {bits: sum(mu not in kept for mu in np.frombuffer(bits, "<i8").tolist()) for bits in set(ratios)}
-    sizes = runs["stop"] - runs["start"]
-    lost = sum(
-        left[bits] if design in wanted else int(size)
-        for design, bits, size in zip(runs["bits"].tolist(), ratios, sizes, strict=True)
-    )
+    kept = plan.advance_ratio.astype("<f8").view("<i8")
+    left = [int((~np.isin(ratios.ravel().view("<i8"), kept)).sum()) for ratios in found.beside]
+    wanted = first_of(found.marks, designs) >= 0
+    lost = int(np.where(wanted, np.array(left, np.int64)[found.which], found.stop - found.start).sum())
     if lost:
         raise InputError(
             f"{path} has {lost} rows of designs or advance ratios that the study has not, and they would be lost: "
@@ -230,54 +225,6 @@ def mapped(file: store.File) -> bool:
         ) from None
 
 
-def _designs(plan: Plan) -> Array:
-    """The bits of every design of a plan."""
-    values, hubs, blades = plan.parameters(np.arange(plan.designs))
-    return _bits({**values, "blades": blades, "hub": hubs})
-
-
-def _bits(rows: Mapping[str, Array]) -> Array:
-    columns = np.stack([np.asarray(rows[name], "<f8") for name in DESIGN], axis=1)
-    return np.ascontiguousarray(columns).view(f"V{columns.shape[1] * 8}").ravel()
-
-
-def _runs(file: store.File, table: str, beside: tuple[str, ...]) -> tuple[dict[str, Array], list[bytes]]:
-    """Designs as they follow one another: bits, first row, the one after the last; and what is beside them."""
-    starts: list[int] = []
-    bits: list[Array] = []
-    pieces: list[list[bytes]] = []
-    last = -1
-    for first, rows in file.chunks(table, ["rotor", *DESIGN, *beside]):
-        rotor = rows["rotor"]
-        begins = np.flatnonzero(np.diff(rotor, prepend=last))
-        last = int(rotor[-1])
-        joined = np.ascontiguousarray(np.stack([np.asarray(rows[name], "<f8") for name in beside], axis=1))
-        ends = [0, *(begins if not len(begins) or begins[0] else begins[1:]).tolist(), len(rotor)]
-        if len(begins) and begins[0] == 0:
-            pieces.append([])
-        for i, (a, b) in enumerate(pairwise(ends)):
-            if i:
-                pieces.append([])
-            pieces[-1].append(joined[a:b].tobytes())
-        starts += (first + begins).tolist()
-        bits.append(_bits({name: rows[name][begins] for name in DESIGN}))
-    start = np.array(starts, np.int64)
-    found = {
-        "bits": np.concatenate(bits) if bits else np.zeros(0, f"V{len(DESIGN) * 8}"),
-        "start": start,
-        "stop": np.append(start[1:], file.rows(table)),
-    }
-    return found, [b"".join(some) for some in pieces]
-
-
-def _where(designs: Array, runs: Mapping[str, Array]) -> NDArray[np.intp]:
-    """Which run is of a design, −1 for none."""
-    if not len(runs["bits"]):
-        return np.full(len(designs), -1)
-    numbers = {bits: i for i, bits in reversed(list(enumerate(runs["bits"].tolist())))}
-    return np.array([numbers.get(bits, -1) for bits in designs.tolist()], np.intp)
-
-
 def _places(plan: Plan, ratios: NDArray[np.float64]) -> NDArray[np.int64]:
     """Where the plan's advance ratios are among those of a design, −1 for nowhere."""
     wanted, there = plan.advance_ratio.astype("<f8").view("<i8"), ratios.view("<i8")
@@ -287,12 +234,16 @@ def _places(plan: Plan, ratios: NDArray[np.float64]) -> NDArray[np.int64]:
     return np.array([numbers.get(bits, -1) for bits in wanted.tolist()], np.int64)
 
 
-def _known_limits(file: store.File, plan: Plan, designs: Array) -> NDArray[np.int64]:
-    runs, beside = _runs(file, "limits", ("metric", "tolerance", "mu_max"))
-    where = _where(designs, runs)
-    wanted = np.array([[metric, tolerance, plan.mu_max] for metric, tolerance in plan.tolerances], "<f8")
-    size, asked = wanted.nbytes, wanted.tobytes()
-    same = np.array([not len(bits) % size and bits == asked * (len(bits) // size) for bits in beside], bool)
-    spans = np.stack([runs["start"], runs["stop"]], axis=1)
-    good = (where >= 0) & same[where] if len(same) else np.zeros(len(where), bool)
-    return np.where(good[:, None], spans[where] if len(spans) else -1, -1)
+def _known_limits(file: store.File, plan: Plan, designs: Marks) -> NDArray[np.int64]:
+    found = runs(file, "limits", ("metric", "tolerance", "mu_max"))
+    where = first_of(designs, found.marks)
+    wanted = np.array([[metric, tolerance, plan.mu_max] for metric, tolerance in plan.tolerances])
+    same = [
+        not len(rows) % len(wanted) and np.array_equal(rows, np.tile(wanted, (len(rows) // len(wanted), 1)))
+        for rows in found.beside
+    ]
+    out = np.full((plan.designs, 2), -1, np.int64)
+    good = np.flatnonzero(where >= 0)
+    good = good[np.array(same, bool)[found.which[where[good]]]]
+    out[good] = np.stack([found.start, found.stop], axis=1)[where[good]]
+    return out

@@ -7,15 +7,16 @@ import hashlib
 import json
 import time
 import warnings
-from collections.abc import Sequence
-from itertools import combinations, pairwise, permutations
+from collections.abc import Iterator, Sequence
+from itertools import permutations
 from pathlib import Path
 
 import numpy as np
 
 from .. import __version__, store
 from ..errors import FloquetWarning, InputError
-from .extending import DESIGN, mapped
+from .alike import DESIGN, Runs, first_of, runs
+from .extending import mapped
 from .folder import checked_output
 from .packing import root_attributes
 
@@ -86,21 +87,36 @@ def _renewed(file: store.File, out: str | Path) -> dict[str, int]:
 
 def _refuse_twice(files: Sequence[store.File]) -> None:
     """No database has a row of another: least of all every row, as that of one study with maps and without."""
-    points = [_points(file) for file in files]
-    for (a, mine), (b, theirs) in permutations(zip(files, points, strict=True), 2):
-        if mine and all(ratios <= theirs.get(design, frozenset()) for design, ratios in mine.items()):
+    with_points = [file for file in files if "points" in file.tables and file.rows("points")]
+    pairs = list(permutations([(file, runs(file, "points", ("advance_ratio",))) for file in with_points], 2))
+    for (a, mine), (b, theirs) in pairs:
+        if all(ratios <= others for ratios, others, _ in _side_by_side(mine, theirs)):
             maps = ", as it is when one study was run with map = true and without" if _maps(a) != _maps(b) else ""
             raise InputError(
                 f"{b.path} has every design and advance ratio of {a.path}{maps}: its rows would stand twice, so give "
                 "one of the two"
             )
-    for (a, mine), (b, theirs) in combinations(zip(files, points, strict=True), 2):
-        for design, ratios in mine.items():
-            if shared := ratios & theirs.get(design, frozenset()):
+    for (a, mine), (b, theirs) in pairs:
+        for ratios, others, row in _side_by_side(mine, theirs):
+            if shared := ratios & others:
                 raise InputError(
-                    f"{a.path} and {b.path} both have {_described(design, a)} at μ = {min(shared):g}, and its row "
+                    f"{a.path} and {b.path} both have {_described(row, a)} at μ = {min(shared):g}, and its row "
                     "would stand twice: run one study of both, or let one that has grown take its rows by --extend"
                 )
+
+
+def _side_by_side(mine: Runs, theirs: Runs) -> Iterator[tuple[frozenset[float], frozenset[float], int]]:
+    """The advance ratios of designs in one database and in another, and a row of such a design; each case once."""
+    case, left = [mine.which], np.arange(len(theirs.marks))
+    while left.size:  # a database may have a design several times, with other advance ratios
+        new = first_of(theirs.marks[left], theirs.marks[left]) == np.arange(left.size)
+        place = first_of(mine.marks, theirs.marks[left[new]])
+        case.append(np.where(place >= 0, theirs.which[left[new]][place], -1))
+        left = left[~new]
+    cases, index = np.unique(np.stack(case, axis=1), axis=0, return_index=True)
+    sets, others = ([frozenset(ratios.ravel().tolist()) for ratios in one.beside] for one in (mine, theirs))
+    for (own, *some), row in zip(cases.tolist(), mine.start[index].tolist(), strict=True):
+        yield sets[own], frozenset().union(*(others[i] for i in some if i >= 0)), row
 
 
 def _maps(file: store.File) -> bool:
@@ -110,35 +126,13 @@ def _maps(file: store.File) -> bool:
     return False
 
 
-def _described(design: bytes, file: store.File) -> str:
-    """What is not 0 of a design, and the name that a file has for it."""
-    values = np.frombuffer(design)
-    given = ", ".join(f"{key} {value:g}" for key, value in zip(DESIGN, values, strict=True) if value)
-    columns = ["rotor", *DESIGN]
-    for _, rows in file.chunks("points", columns):
-        same = np.all([rows[name] == value for name, value in zip(DESIGN, values, strict=True)], axis=0)
-        if same.any():
-            number = int(rows["rotor"][same][0])
-            name = file.names[number] if number < len(file.names) else ""
-            return f"the rotor {name!r} ({given})" if name else f"a rotor of {given}"
-    return f"a rotor of {given}"
-
-
-def _points(file: store.File) -> dict[bytes, frozenset[float]]:
-    """The designs, by their parameters, and their advance ratios."""
-    columns = ["rotor", "advance_ratio", *DESIGN]
-    found: dict[bytes, frozenset[float]] = {}
-    grids: dict[bytes, frozenset[float]] = {}  # each once: all designs of a study have the same
-    for _, rows in file.chunks("points", columns) if "points" in file.tables else ():
-        rotor, mu = rows["rotor"], rows["advance_ratio"]
-        ends = [0, *(np.flatnonzero(np.diff(rotor)) + 1).tolist(), len(rotor)]
-        for start, stop in pairwise(ends):
-            values = np.array([float(rows[column][start]) for column in columns[2:]])
-            design, piece = values.tobytes(), mu[start:stop].tobytes()
-            if piece not in grids:
-                grids[piece] = frozenset(mu[start:stop].tolist())
-            found[design] = found[design] | grids[piece] if design in found else grids[piece]
-    return found
+def _described(row: int, file: store.File) -> str:
+    """What is not 0 of the design of a row, and the name that a file has for it."""
+    [(_, rows)] = file.chunks("points", ["rotor", *DESIGN], row, row + 1)
+    given = ", ".join(f"{key} {rows[key][0]:g}" for key in DESIGN if rows[key][0])
+    number = int(rows["rotor"][0])
+    name = file.names[number] if number < len(file.names) else ""
+    return f"the rotor {name!r} ({given})" if name else f"a rotor of {given}"
 
 
 def _designs(file: store.File) -> int:
