@@ -78,20 +78,25 @@ class Memory:
         """How many."""
         return len(self.data["rotor"])
 
-    def chunks(
-        self, _: str, columns: Any, start: int = 0, stop: int | None = None, skip: Any = None
-    ) -> Iterator[tuple[int, Any]]:
-        """Pieces of ten rows, with the ranges that a file would have."""
-        for first in range(start, self.rows("") if stop is None else stop, 10):
-            part = {name: values[first : first + 10] for name, values in self.data.items()}
+    def spans(self, _: str, start: int = 0, stop: int | None = None, skip: Any = None) -> Iterator[tuple[int, int]]:
+        """Ten rows each, with the ranges that a file would have."""
+        end = self.rows("") if stop is None else stop
+        for first in range(start, end, 10):
             if skip is not None:
-                real = {name: v for name, v in part.items() if v.dtype.kind != "c"}
+                real = {n: v[first : first + 10] for n, v in self.data.items() if v.dtype.kind != "c"}
                 with np.errstate(all="ignore"):
                     low = {name: float(np.fmin.reduce(v)) for name, v in real.items()}
                     high = {name: float(np.fmax.reduce(v)) for name, v in real.items()}
                 if skip(low, high):
                     continue
-            yield first, {name: part[name] for name in columns}
+            yield first, min(first + 10, end)
+
+    def chunks(
+        self, _: str, columns: Any, start: int = 0, stop: int | None = None, skip: Any = None
+    ) -> Iterator[tuple[int, Any]]:
+        """The rows of these spans."""
+        for first, last in self.spans(_, start, stop, skip):
+            yield first, {name: self.data[name][first:last] for name in columns}
 
 
 def number(luck: random.Random, depth: int) -> Made:
