@@ -719,6 +719,7 @@ def test_an_order_that_is_none_is_refused(db: Database) -> None:
         ({"descending": True}, "descending: it turns an order round, and none is given: add sort"),
         ({"sort": " , "}, "sort: no column is named"),
         ({"sort": 3}, "sort: 3 was given; it is a column, or several"),
+        ({"sort": "blades,-lock"}, "sort: '-lock' is no column: descending turns the whole order round"),
         ({"sort": ["lock", 3]}, "sort: ['lock', 3] was given"),
     ]
     for ask in (db.query, db.groups):
@@ -1032,6 +1033,11 @@ def test_the_wrong_group_is_named(db: Database) -> None:
         ({"reduce": [3]}, "reduce: [3] was given"),
         ({"reduce": "sum(lock)"}, "reduce: 'sum' is none of min, max, mean, median, count, first, as in min(limit)"),
         ({"reduce": "men(lock)"}, "did you mean 'mean'?"),
+        (
+            {"reduce": "argmin(lock)"},
+            "'argmin' is none of min, max, mean, median, count, first; write rotor at min(lock)",
+        ),
+        ({"reduce": "idxmax"}, "; write rotor at max(limit)"),
         ({"reduce": "min"}, "reduce: min is of a column, as in min(limit)"),
         ({"reduce": "min(lock"}, "reduce: 'min(lock' is no reduction, as in min(limit), count"),
         ({"reduce": "min(lock + 1)"}, "'min(lock + 1)' is no reduction"),

@@ -474,6 +474,8 @@ def _sorted_by(sort: object, descending: object) -> list[str]:
     if not isinstance(names, Sequence) or not all(isinstance(name, str) for name in names):
         raise ParameterError("sort", sort, f"{short(repr(sort))} was given; it is a column, or several")
     found = [name.strip() for text in names for name in text.split(",") if name.strip()]
+    if turned := [name for name in found if name.startswith("-")]:
+        raise ParameterError("sort", turned[0], f"{turned[0]!r} is no column: descending turns the whole order round")
     if sort is not None and not found:
         raise ParameterError("sort", sort, "no column is named; name some, or leave it out")
     if descending and not found:

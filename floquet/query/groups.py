@@ -27,6 +27,7 @@ from floquet.query.language import ROTOR, ROTOR_NAME, Array, Column, Rows, Scope
 
 REDUCTIONS = ("min", "max", "mean", "median", "count", "first")
 _WRITTEN = re.compile(r"\s*(?:(\w+)\s+at\s+)?(\w+)\s*(?:\(\s*(\w*)\s*\)\s*)?")
+_PLACES = ("argmin", "argmax", "idxmin", "idxmax")  # as others call it
 _ORDERED = ("min", "max", "mean", "median")
 
 
@@ -62,7 +63,8 @@ class Reduction:
             raise ParameterError("reduce", text, f"{short(text)!r} is no reduction, {_AS_IN}")
         value, kind, column = match[1] or "", match[2], match[3] or ""
         if kind not in REDUCTIONS:
-            near = did_you_mean(kind, REDUCTIONS) or f", {_AS_IN}"
+            where = f"; write rotor at {kind[3:]}({column or 'limit'})" if kind in _PLACES else ""
+            near = where or did_you_mean(kind, REDUCTIONS) or f", {_AS_IN}"
             raise ParameterError("reduce", text, f"{short(kind)!r} is none of {', '.join(REDUCTIONS)}{near}")
         if not column and kind != "count":
             raise ParameterError("reduce", text, f"{kind} is of a column, as in {kind}(limit)")

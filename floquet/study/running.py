@@ -163,7 +163,7 @@ def _finished(out: Path, study: Study, resume: bool) -> dict[str, int]:
     if not resume:
         raise InputError(
             f"{out} is there already: choose another name, move it away, "
-            "or give --resume to keep it if it is the same study"
+            "or give --resume to keep it if it is the same study, --extend if that has grown"
         )
     with store.open_file(out) as file:
         if file.attributes.get("study_id") != study.id:
