@@ -44,7 +44,18 @@ from floquet.errors import ConfigError, ParameterError, Problem, did_you_mean
 if TYPE_CHECKING:
     from floquet.tomlfile import Document
 
-__all__ = ["PARAMETERS", "Hub", "Parameter", "Rotor", "Word", "dump_rotor", "load_rotor", "plain", "require_rotor"]
+__all__ = [
+    "PARAMETERS",
+    "Hub",
+    "Parameter",
+    "Rotor",
+    "Word",
+    "doubtful",
+    "dump_rotor",
+    "load_rotor",
+    "plain",
+    "require_rotor",
+]
 
 Values: TypeAlias = "float | NDArray[np.float64]"
 _T = TypeVar("_T")
@@ -283,6 +294,17 @@ def require_rotor(value: Any) -> Rotor:
     raise ParameterError("rotor", value, sentence)
 
 
+def doubtful(rotor: Rotor) -> str:
+    """What is possible, but seldom meant, in a sentence; or empty."""
+    steepest = float(np.abs(rotor.pitch_flap_coupling).max())
+    if steepest > STEEP:
+        return f"|pitch_flap_coupling| reaches {steepest:g}: it is K₁ = tan δ₃, no angle in degrees (20° are 0.364)"
+    tip = (rotor.rotor_speed or 0.0) * (rotor.radius or 0.0)
+    if tip > SOUND:
+        return f"the tip speed ΩR is {tip:g} m/s, faster than sound: Ω is in rad/s, and 300 rev/min are 31.4"
+    return ""
+
+
 def plain(value: Any) -> Any:
     """Zero-dimensional values as Python numbers, others as they are."""
     return np.asarray(value).item() if np.ndim(value) == 0 else value
@@ -401,6 +423,8 @@ def _scalar(parameter: Parameter, value: Any) -> float | None:
     return float(number)
 
 
+STEEP = 2.0  # |tan δ₃| of 63°, which no rotor has
+SOUND = 400.0  # m/s, some way above the speed of sound
 _MOST_BLADES = 1000  # far beyond any rotor, and it fits the 16 bits that a database gives to it
 
 

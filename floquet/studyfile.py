@@ -34,7 +34,7 @@ from . import store
 from .comparison import Metric, Model
 from .errors import ConfigError, FloquetWarning, InputError, Problem, did_you_mean, file_name
 from .models import Physics
-from .rotor import PARAMETERS, Hub, Rotor, load_rotor
+from .rotor import PARAMETERS, Hub, Rotor, doubtful, load_rotor
 from .sweep import ENGINE, Plan
 from .tomlfile import Document, Table, read_document
 
@@ -243,6 +243,8 @@ def load_study(path: str | Path) -> Study:
     _tell_repeated(plan)
     _tell_given_twice(plan)
     _tell_percent(plan)
+    for sentence in dict.fromkeys(filter(None, map(doubtful, plan.rotors))):
+        warnings.warn(sentence, FloquetWarning, stacklevel=2)
     return Study(
         name=data.study.name,
         title=data.study.title or data.study.name,

@@ -655,6 +655,50 @@ def test_lines_of_csv_are_those_that_were_written() -> None:
     assert text.startswith("name,number\n") and text.endswith("\nΩ,nan\n")
 
 
+DOUBTS = [
+    (("validity", "--lock-number", "8", "--tolerance", "5"), "--tolerance 5 is 500 %: 5 % is 0.05"),
+    (("validity", "--lock-number", "8", "--pitch-flap-coupling", "-20"), "reaches 20: it is K₁ = tan δ₃"),
+    (("validity", "--lock-number", "8", "--rotor-speed", "300", "--radius", "5", "--knots", "150"),
+     "the tip speed ΩR is 1500 m/s, faster than sound: Ω is in rad/s"),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("arguments", "sentence"), DOUBTS)
+def test_units_that_are_seldom_meant_are_told(run: Floquet, arguments: tuple[str, ...], sentence: str) -> None:
+    done = run(*arguments)
+    assert done.status == 0 and done.out and done.err.count(sentence) == 1 and done.err.startswith("floquet: warning: ")
+    quiet = run("validity", "--lock-number", "8", "--rotor-speed", "44", "--radius", "5", "--knots", "150")
+    assert quiet.status == 0 and not quiet.err
+
+
+def test_a_study_tells_of_degrees(run: Floquet) -> None:
+    text = '[study]\nname = "s"\nschema = 1\n[rotors.grid]\nlock_number = 8.0\npitch_flap_coupling = [-20.0, 0.0]\n'
+    Path("steep.toml").write_text(f"{text}[axes]\nadvance_ratio = [0.1, 0.2]\n", encoding="utf-8")
+    assert "|pitch_flap_coupling| reaches 20: " in run("run", "steep.toml", "-o", "s.h5", "--dry-run").err
+
+
+NEARLY = [
+    (("--sort", "advance_ratio desc"), "an order goes up, and with descending down"),
+    (("error_regressing",), "in a shell the whole expression stands in quotes"),
+    (("error_regressing > 5%",), "5 % is 0.05"),
+    (("--by", "lock", "--reduce", "lock_number, advance_ratio at min(lock)"), "as in lock_number at min(limit)"),
+    (("--at", "mu=0.3"), "the column is advance_ratio"),
+    (("--at", "gamma=7", "--at", "advance_ratio=0.3"), "the column is lock_number"),
+]
+
+
+@pytest.mark.parametrize(("arguments", "sentence"), NEARLY)
+def test_what_is_nearly_right_is_told_how(
+    run: Floquet, database: str, arguments: tuple[str, ...], sentence: str
+) -> None:
+    refused(run("query", database, *arguments), sentence)
+
+
+def test_no_row_is_told(run: Floquet, database: str) -> None:
+    done = run("query", database, "advance_ratio > 5")
+    assert done.status == 0 and done.err.startswith("floquet: no row; ")
+
+
 def test_empty_answer_is_an_answer(run: Floquet, database: str) -> None:
     done = run("query", database, "advance_ratio > 5", "--json")
     assert (done.status, done.json) == (0, [])

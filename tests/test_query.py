@@ -73,6 +73,9 @@ LIMITS = {
     "tolerance": Column(),
     "limit": Column(),
     "cause": CAUSE,
+    "intervals": Column("i4"),
+    "interval_1_start": Column(),
+    "interval_1_end": Column(),
 }
 NAMES = ("Bo 105", "Lynx", "UH-60")
 
@@ -161,7 +164,8 @@ def limits(rows: int = 30, seed: int = 2) -> dict[str, Any]:
     g = np.random.default_rng(seed)
     table: dict[str, Any] = {name: g.random(rows) for name in LIMITS}
     table |= {"rotor": g.integers(0, 3, rows).astype("i4"), "mode": g.integers(0, 2, rows).astype("i1")}
-    return table | {"cause": g.integers(0, 3, rows).astype("i1")}
+    intervals = (np.arange(rows) % 3).astype("i4")
+    return table | {"cause": g.integers(0, 3, rows).astype("i1"), "intervals": intervals}
 
 
 @pytest.fixture
@@ -977,6 +981,12 @@ def test_of_no_rows_the_count_is_zero_and_the_rest_is_nan(db: Database) -> None:
         "count": [0], "count(lock)": [0]
     }  # fmt: skip
     assert all(np.isnan(values).all() and values.size == 1 for name, values in found.items() if "count" not in name)
+
+
+def test_names_are_not_taken_where_there_are_none() -> None:
+    nameless = Database("x", FakeFile({"points": points()}, names=()))
+    with pytest.raises(ParameterError, match=r"no names; take rotor at min\(lock\)"):
+        nameless.groups(by="blades", reduce="rotor_name at min(lock)")
 
 
 def test_nan_is_one_group_whatever_its_bits_and_so_is_zero() -> None:

@@ -84,6 +84,8 @@ def query(
             answer(text)
             if not rows and "nearest" in expression:
                 say("floquet: nearest takes each column by itself, of all rows, and no row has all of these values")
+            elif not rows and choice["limit"] != 0:
+                say("floquet: no row; numbers must be equal to the last digit, but for nearest(advance_ratio=0.35)")
             if choice["limit"] is None and rows > SCREEN:
                 say(
                     f"floquet: these are the first {SCREEN} of {rows} rows: give --limit, --csv, --json or a file by -o"
@@ -109,9 +111,10 @@ def numbers(given: Sequence[str]) -> dict[str, float]:
         if (name := name.replace("-", "_")) in out:
             raise ParameterError("at", text, f"{name} is given twice")
         out[name] = number
-    if "advance_ratio" not in out:
+    speed, design = out.pop("advance_ratio", None), checked_design(out)
+    if speed is None:
         raise ParameterError("at", given, "no advance ratio was given: add --at advance_ratio=0.3")
-    return {"advance_ratio": out.pop("advance_ratio"), **checked_design(out)}
+    return {"advance_ratio": speed, **design}
 
 
 def _check_alone(places: Sequence[str], others: Mapping[str, Any]) -> None:

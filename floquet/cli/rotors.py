@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import warnings
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -20,7 +21,7 @@ from floquet.cli.options import (
     tolerance_flags,
 )
 from floquet.cli.talk import progress, show
-from floquet.errors import InputError, ParameterError
+from floquet.errors import FloquetWarning, InputError, ParameterError
 
 if TYPE_CHECKING:
     from floquet.rotor import Rotor
@@ -38,13 +39,14 @@ def rotor_of(file: str | None, values: Mapping[str, Any]) -> Rotor:
     from floquet import rotor as rotors
 
     changes = given(values, [name for name, *_ in ROTOR_FLAGS] + ["hub"])
-    if file is not None:
-        return rotors.load_rotor(file).replace(**changes)
-    if "lock_number" not in changes:
+    if file is None and "lock_number" not in changes:
         raise ParameterError("lock_number", None, "no rotor was given: name a rotor file, or give --lock-number 8")
-    if changes.get("hub") == "teetering":
+    if file is None and changes.get("hub") == "teetering":
         changes.setdefault("blades", 2)
-    return rotors.Rotor(**changes)
+    one = rotors.Rotor(**changes) if file is None else rotors.load_rotor(file).replace(**changes)
+    if sentence := rotors.doubtful(one):
+        warnings.warn(sentence, FloquetWarning, stacklevel=2)
+    return one
 
 
 def asked(one: Rotor, advance_ratio: float | None, knots: float | None) -> float | None:
@@ -128,6 +130,8 @@ def validity(
     FILES are rotors (TOML), whose limits are computed, or the database of a study, whose limits are read.
     """
     settings: dict[str, Any] = {"tolerance": tolerance, "metric": metric, "modes": modes}
+    if tolerance > 1.0 and metric.upper() != "ABSOLUTE":
+        warnings.warn(f"--tolerance {tolerance:g} is {100 * tolerance:g} %: 5 % is 0.05", FloquetWarning, stacklevel=2)
     stored = [file for file in files if not file.endswith(".toml") and Path(file).is_file()]
     if stored:
         speed = {"advance_ratio": advance_ratio, "knots": knots, "mu_max": mu_max}

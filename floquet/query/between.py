@@ -148,9 +148,11 @@ def _changes(name: str, kinds: Rows) -> Array:
     return (values[1:] != values[:-1]) & ~(np.isnan(values[1:]) & np.isnan(values[:-1]))
 
 
-def refusal(name: str, values: Sequence[Any], present: Mapping[str, Column], where: str) -> str:
+def refusal(
+    name: str, values: Sequence[Any], present: Mapping[str, Column], where: str, more: str = "advance ratios"
+) -> str:
     """Why there is no polynomial where a kind changes from the one of the values to the other."""
-    way_out = "compute there, or run the study with more advance ratios"
+    way_out = f"compute there, or run the study with more {more}"
     if name == LOCK:
         a, b = (f"the lock at {v:g}" if v == v else "no lock" for v in values)
         return f"there is an edge of a lock {where} ({a}, {b}), where exponents have a square root; {way_out}"

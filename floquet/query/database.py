@@ -294,6 +294,9 @@ class Database:
         """
         present, scope, predicate = self._asked(expression, table)
         reduced, keys = reductions(reduce, present, scope), group_keys(by, scope)
+        if not any(self.names) and (nameless := [one for one in reduced if one.value == ROTOR_NAME]):
+            other = nameless[0].name.replace(ROTOR_NAME, ROTOR)
+            raise ParameterError("reduce", nameless[0].name, f"the rotors of this database have no names; take {other}")
         limit = _checked_limit(limit)
         names = [*keys, *(one.name for one in reduced)]
         order = _sorted_by(sort, descending)
@@ -360,8 +363,9 @@ class Database:
         rotors = self.groups(expression, by=ROTOR)[ROTOR].tolist()
         if len(rotors) != 1:
             listed = ", ".join(map(str, rotors[:6])) + (", …" if len(rotors) > 6 else "")
+            or_design = ", or a design of a grid by its parameters, as in lock_number=7.3" if rotors else ""
             what = f"{len(rotors)} rotors have rows for which it holds ({listed})" if rotors else _NO_ROW
-            raise ParameterError("expression", expression, f"{what}; name one, as in rotor == 0")
+            raise ParameterError("expression", expression, f"{what}; name one, as in rotor == 0{or_design}")
         found = self.query(expression, columns=read)
         name = str(self._named(found[ROTOR][:1])[0])
         return interpolated(found, names, watched, present, mu, int(rows), name)
@@ -474,6 +478,8 @@ def _sorted_by(sort: object, descending: object) -> list[str]:
     if not isinstance(names, Sequence) or not all(isinstance(name, str) for name in names):
         raise ParameterError("sort", sort, f"{short(repr(sort))} was given; it is a column, or several")
     found = [name.strip() for text in names for name in text.split(",") if name.strip()]
+    if words := [name for name in found if name.endswith((" desc", " asc"))]:
+        raise ParameterError("sort", words[0], "an order goes up, and with descending down: name columns alone")
     if turned := [name for name in found if name.startswith("-")]:
         raise ParameterError("sort", turned[0], f"{turned[0]!r} is no column: descending turns the whole order round")
     if sort is not None and not found:

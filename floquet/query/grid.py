@@ -27,7 +27,7 @@ import numpy as np
 from floquet.errors import ParameterError, did_you_mean
 from floquet.query.between import LEAST, LOCK, MU, ROTATION, SAME, Interpolated, refusal, weights
 from floquet.query.frames import DERIVED, DESIGN, is_grid
-from floquet.query.language import ROTOR, Array, Column, Rows, short
+from floquet.query.language import KNOWN, ROTOR, Array, Column, Rows, short
 
 WHOLE = ("blades", "hub")
 NAMES = tuple(name for name in (*DESIGN, DERIVED) if name not in WHOLE)
@@ -74,7 +74,8 @@ def checked_design(design: Mapping[str, object]) -> dict[str, float]:
     """Parameters by their names, each a finite number."""
     for name, value in design.items():
         if name not in NAMES:
-            near = did_you_mean(name, NAMES) or f"; there are {', '.join(NAMES)}"
+            near = f"; {known}" if (known := KNOWN.get(name.lower())) else did_you_mean(name, NAMES)
+            near = near or f"; there are {', '.join(NAMES)}"
             why = "; put it into the expression, as in blades == 4" if name in WHOLE else near
             raise ParameterError("at", name, f"{short(name)!r} is no parameter that lies between rotors{why}")
         finite(name, value)
@@ -237,7 +238,8 @@ def _check_cell(
                 others = ", ".join(f"{o.name} {o.nodes[i]:g}" for o, i in zip(axes, here, strict=True) if o is not axis)
                 between = f"between {axis.name} {axis.nodes[here[a]]:g} and {axis.nodes[there[a]]:g} (at {others})"
                 pair = values[tuple(here)], values[tuple(there)]
-                raise ParameterError(axis.name, axis.at, refusal(name, pair, present, between))
+                more = "advance ratios" if axis.name == MU else f"values of {axis.name}"
+                raise ParameterError(axis.name, axis.at, refusal(name, pair, present, between, more))
 
 
 def _product(x: Sequence[Array], at: Sequence[float], y: Array) -> tuple[Any, float]:

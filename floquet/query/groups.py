@@ -64,6 +64,8 @@ class Reduction:
         value, kind, column = match[1] or "", match[2], match[3] or ""
         if kind not in REDUCTIONS:
             where = f"; write rotor at {kind[3:]}({column or 'limit'})" if kind in _PLACES else ""
+            if kind in columns and not value and not column:
+                where = f", and a column is taken of a row, as in {kind} at min(limit)"
             near = where or did_you_mean(kind, REDUCTIONS) or f", {_AS_IN}"
             raise ParameterError("reduce", text, f"{short(kind)!r} is none of {', '.join(REDUCTIONS)}{near}")
         if not column and kind != "count":

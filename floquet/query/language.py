@@ -148,8 +148,8 @@ class Scope:
             return f"; write {name.lower()} in small letters"
         if name in self.elsewhere:
             return f"; it is one of the table {self.elsewhere[name]}, so ask for that (--table {self.elsewhere[name]})"
-        if name.lower() in _KNOWN:
-            return f"; {_KNOWN[name.lower()]}"
+        if name.lower() in KNOWN:
+            return f"; {KNOWN[name.lower()]}"
         for column, words in self.words.items():
             if any(name.casefold() == word.casefold() for _, word in islice(words, 1000)):
                 return f'; a word stands in quotes, as in {column} == "{name}"'
@@ -175,7 +175,7 @@ ROTOR, ROTOR_NAME, FILE = "rotor", "rotor_name", "file"
 NEAREST = "nearest"
 _AS_IN_NEAREST = "as in nearest(advance_ratio=0.35)"
 KEYWORDS = ("and", "or", "not", "in")
-_KNOWN = {
+KNOWN = {
     ROTOR_NAME: f"use {ROTOR}, which may be compared with a name in quotes",
     "mu": "the column is advance_ratio",
     "gamma": "the column is lock_number",
@@ -225,6 +225,8 @@ class Compiler:
             Kind.WORD: 'a word is compared with a column of words, as in verdict == "UNSTABLE"',
             Kind.FLAG: f"compare {name} with == or != or in, as in {self._example(node.name)}",
         }[node.kind]
+        if node.name and node.name == self.expression.strip():
+            way_out += "; in a shell the whole expression stands in quotes"
         raise self._fail(f"{what} where {kind.value} is needed; {way_out}", node.at)
 
     def _example(self, name: str) -> str:
@@ -491,6 +493,7 @@ _STRANGERS = {
     "&": "write and instead of &",
     "|": "write or instead of |",
     "=": "write == to compare",
+    "%": "5 % is 0.05",
     "!": "write not, or != to compare",
     "^": "write ** for a power",
     "[": "write a range as 0.2 <= x <= 0.4 and a set as x in (1, 2, 3)",
