@@ -17,7 +17,7 @@ from typing import Any
 
 from . import store
 from .errors import DamageError, DatabaseError, InputError
-from .recomputing import Recomputed, recompute
+from .recomputing import Recomputed, misplaced, recompute
 from .store.guard import Beat, answer, ask, unlimited_memory
 
 __all__ = ["SAMPLE", "Checked", "check"]
@@ -72,7 +72,7 @@ def _look(path: str, sample: int, seed: int, beat: Beat) -> dict[str, Any]:
         if not file.tables:
             raise DatabaseError(path, store.NO_TABLES)
         file.examine(beat)
-        if places := tuple(file.damaged(beat)):
+        if places := (*file.damaged(beat), *misplaced(file, beat)):
             raise DamageError(path, places)
         found: dict[str, Any] = {"values": file.values(), "chunks": file.count(), "sealed": file.sealed}
         found["digest"] = file.data_digest()
@@ -81,7 +81,8 @@ def _look(path: str, sample: int, seed: int, beat: Beat) -> dict[str, Any]:
         with _getting_on(beat):  # where nothing is compiled yet, the first row may take a minute
             again = [recompute(file, table, sample, seed) for table in file.tables] if sample else []
     if places := tuple(f"{one.table} row {row}, computed again" for one in again for row in one.others):
-        raise DamageError(path, places)
+        sentence = f"{len(places)} of the rows that were computed again are others than are stored"
+        raise DamageError(path, places, f"{sentence} ({places[0].partition(',')[0]})")
     return {**found, "recomputed": [asdict(one) for one in again]}
 
 

@@ -8,13 +8,16 @@ did, both have the same bits.  Else a row is sound if
     other numbers             |stored - again| ≤ (ROUNDING + FOLLOWING b) max(1, |again|), or both are nan, or equal
     words                     the same
 
-Of another engine only exponents are compared, for what is made of them may have been defined otherwise, and no limits.
+A stored bound is believed up to LOOSER times the one computed again, or up to a millionth, and must be above 0.  Rows
+are of maps where the study says so; then a verdict may be UNDECIDED on one side.  Of another engine only exponents are
+compared, for what is made of them may have been defined otherwise, and no limits.
 """
 
 from __future__ import annotations
 
 import json
-from collections.abc import Collection, Mapping
+import re
+from collections.abc import Collection, Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -23,21 +26,27 @@ from numpy.typing import NDArray
 
 from . import store
 from .comparison import Metric
-from .errors import FloquetError
+from .errors import DamageError, FloquetError
 from .kernels import POINTS, part_of
 from .models import Physics
 from .period_map import Method
 from .rotor import PARAMETERS, Hub, Rotor
+from .store.guard import Beat
+from .study.alike import DESIGN
 from .sweep import ENGINE, Plan, limit_rows, point_rows
+from .verdict import Verdict
 
-__all__ = ["Recomputed", "recompute"]
+__all__ = ["Recomputed", "misplaced", "recompute"]
 
 Rows = dict[str, NDArray[Any]]
 ROUNDING = 1e-6
 """Rounding moves what follows from exponents by the root of a last digit, 1e-8, where a pair has just split; without
 fused multiply-adds the largest of 13 849 points and 32 904 limits moved by 4e-12 (computed here)."""
 FOLLOWING = 100.0  # times the bound of exponents: relative errors divide by a root mean square, seldom below 1e-2
+LOOSER = 1e3  # bounds of maps were up to 440 times those of a row by itself, among 400 random ones
+BRANCH = 1e-6  # bounds next to branch points are roots of roundings, or far less where they were computed in pairs
 OF_METHOD = ("method", "panels", "exponent_error", "determinant_defect", "verdict")  # maps differ in these by nature
+MAPPED = re.compile(r"\bmap\s*=\s*true\b")
 AROUND = 1024  # rows before and after one of limits, in which others of its design are looked for
 
 
@@ -51,10 +60,11 @@ class Recomputed:
     within: int
     others: tuple[int, ...]
     engine: int
+    reason: str = ""
 
     def __str__(self) -> str:
         if not self.rows:
-            return f"no row of {self.table} was computed again"
+            return f"no row of {self.table} was computed again ({self.reason})"
         said = [f"{self.equal} equal"] if self.equal else []
         said += [f"{self.within} within the bounds of error"] if self.within else []
         engine = "" if self.engine == ENGINE else f", with engine {ENGINE} where the file has {self.engine}"
@@ -63,10 +73,13 @@ class Recomputed:
 
 def recompute(file: store.File, table: str, sample: int, seed: int = 0) -> Recomputed:
     """Compute random rows of a table again and compare them; none where the file does not say its equations."""
-    engine = int(file.attributes.get("engine_version", 0))
-    rows = file.rows(table)
-    known = "options" in file.attributes and (table == "points" or engine == ENGINE)
-    chosen = np.sort(np.random.default_rng(seed).choice(rows, min(sample, rows) if known else 0, replace=False))
+    rows, engine = file.rows(table), file.attributes.get("engine_version", 0)
+    if not isinstance(engine, int):
+        raise DamageError(
+            file.path, ["attributes"], f"its engine_version is {engine!r}, which is no number of an engine"
+        )
+    reason = _none(file, table, engine)
+    chosen = np.sort(np.random.default_rng(seed).choice(rows, 0 if reason else min(sample, rows), replace=False))
     compared = {"points": _point, "limits": _limit}[table]
     results = [compared(file, row, engine) for row in chosen.tolist()]
     return Recomputed(
@@ -76,13 +89,26 @@ def recompute(file: store.File, table: str, sample: int, seed: int = 0) -> Recom
         within=results.count(False),
         others=tuple(row for row, result in zip(chosen.tolist(), results, strict=True) if result is None),
         engine=engine,
+        reason=reason,
     )
+
+
+def _none(file: store.File, table: str, engine: int) -> str:
+    """Why no row of a table can be computed again and compared; or empty."""
+    if not file.rows(table):
+        return "it has none"
+    if "options" not in file.attributes:
+        return "the file does not say by which equations"
+    if engine != ENGINE and (table != "points" or not {"exponent_1", "exponent_2"} & set(file.columns(table))):
+        return f"engine {engine} has made them, this is {ENGINE}, and they have no exponents with bounds"
+    return ""
 
 
 def _point(file: store.File, row: int, engine: int) -> bool | None:
     """Whether a row is equal to the bit (True), within its bounds (False), or neither (None)."""
     stored = _rows(file, "points", row, row + 1)
-    mapped = "method" in stored and int(stored["method"][0]) == Method.MAP
+    mapped = MAPPED.search(str(file.attributes.get("input", ""))) is not None
+    mapped &= "method" not in stored or int(stored["method"][0]) == Method.MAP
     try:
         plan = _plan(file, stored, stored["advance_ratio"])
         for many in (POINTS, 1):  # the last digits are those of a large study or of a small one
@@ -90,7 +116,7 @@ def _point(file: store.File, row: int, engine: int) -> bool | None:
                 again = point_rows(plan, 0, 1)
             if _equal(stored, again):
                 return True
-    except (FloquetError, KeyError, TypeError, ValueError):
+    except (FloquetError, AttributeError, KeyError, RecursionError, TypeError, ValueError):
         return None
     return False if _within(stored, again, mapped, engine) else None
 
@@ -106,7 +132,7 @@ def _limit(file: store.File, row: int, engine: int) -> bool | None:
         tolerances = tuple((Metric(metric), tolerance) for metric, tolerance in dict.fromkeys(asked))
         mu_max = float(stored["mu_max"][0])
         found = limit_rows(_plan(file, stored, np.zeros(1), tolerances=tolerances, mu_max=mu_max), 0, 1)
-    except (FloquetError, KeyError, TypeError, ValueError):
+    except (FloquetError, AttributeError, KeyError, RecursionError, TypeError, ValueError):
         return None
     same = np.logical_and.reduce([found[name] == stored[name] for name in ("mode", "metric", "tolerance")])
     if same.sum() != 1:
@@ -144,14 +170,22 @@ def _equal(stored: Rows, again: Rows) -> bool:
 
 def _within(stored: Rows, again: Rows, mapped: bool, engine: int) -> bool:
     """Whether a point is what both bounds allow."""
-    bound = float((again["exponent_error"] + stored.get("exponent_error", again["exponent_error"]))[0])
+    own = float(again["exponent_error"][0])
+    theirs = float(stored.get("exponent_error", again["exponent_error"])[0])
+    if theirs <= 0.0 or theirs > max(LOOSER * own, BRANCH):
+        return False
+    bound = own + theirs
     exponents = [name for name in stored if name.startswith(("exponent_1", "exponent_2", "exact_"))]
     if engine != ENGINE:
         exponents = [name for name in exponents if name.startswith("exponent_")]
         return all(_near(stored[name], again[name], bound) for name in exponents)
     if not all(_near(stored[name], again[name], bound) for name in exponents):
         return False
-    return _agree(stored, again, bound, (*exponents, *(OF_METHOD if mapped else OF_METHOD[:2])))
+    if mapped and "verdict" in stored:
+        words = {int(stored["verdict"][0]), int(again["verdict"][0])}
+        if len(words) > 1 and Verdict.UNDECIDED not in words:
+            return False
+    return _agree(stored, again, bound, (*exponents, *(OF_METHOD if mapped else OF_METHOD[:3])))
 
 
 def _agree(stored: Rows, again: Rows, bound: float, apart: Collection[str]) -> bool:
@@ -170,3 +204,20 @@ def _near(stored: NDArray[Any], again: NDArray[Any], distance: float) -> bool:
     with np.errstate(invalid="ignore"):
         near = (stored == again) | (np.abs(stored - again) <= distance) | (np.isnan(stored) & np.isnan(again))
     return bool(near.all())
+
+
+# ---------------------------------------------------------------------- rotors
+def misplaced(file: store.File, beat: Beat) -> Iterator[str]:
+    """Tables whose rotors do not follow one another, are more than have names, or change on their way."""
+    for table in file.tables:
+        last: Rows = {}
+        for _, rows in file.chunks(table, ["rotor", *DESIGN]):
+            beat()
+            both = {name: np.concatenate([last.get(name, value[:1]), value]) for name, value in rows.items()}
+            last = {name: value[-1:] for name, value in rows.items()}
+            step = np.diff(both["rotor"])
+            change = np.logical_or.reduce([np.diff(both[name]) != 0 for name in DESIGN])
+            many = file.names and int(rows["rotor"].max()) >= len(file.names)
+            if many or (step < 0).any() or (change & (step == 0)).any():
+                yield f"{table}/rotor"
+                break

@@ -297,8 +297,15 @@ def _tell_repeated(plan: Plan) -> None:
 def _tell_given_twice(plan: Plan) -> None:
     """Rows of an advance ratio, or of a tolerance, that is given twice are twice in every count and mean."""
     ratios, count = np.unique(plan.advance_ratio, return_counts=True)
-    tolerances = [value for (_, value), often in Counter(plan.tolerances).items() if often > 1]
-    for name, again in (("axes.advance_ratio", ratios[count > 1].tolist()), ("compare.tolerances", tolerances)):
+    tolerances = [one for one, often in Counter(plan.tolerances).items() if often > 1]
+    relative, absolute = (
+        [t for kind, t in tolerances if kind is metric] for metric in (Metric.RELATIVE, Metric.ABSOLUTE)
+    )
+    for name, again in (
+        ("axes.advance_ratio", ratios[count > 1].tolist()),
+        ("compare.tolerances", relative),
+        ("compare.absolute_tolerances", absolute),
+    ):
         if again:
             sentence = f"{name} has {again[0]} twice, and so the rows of every rotor: leave one out"
             warnings.warn(sentence, FloquetWarning, stacklevel=3)

@@ -20,6 +20,7 @@ import pytest
 from floquet import checking, store, study
 from floquet.cli import main
 from floquet.errors import DamageError, DatabaseError, InputError
+from floquet.period_map import Method
 from floquet.query import open_database
 from floquet.store import digests, guard, reading, seal
 from floquet.studyfile import load_study
@@ -288,7 +289,7 @@ def test_digits_that_rounding_moves_are_within_bounds_and_others_are_noticed(
         assert told(out, table) == (23, 1)
     else:
         assert store.verify(out) == ()
-        with pytest.raises(DamageError, match=f"{table} row .*, computed again"):
+        with pytest.raises(DamageError, match=rf"1 of the rows that were computed again are others .*\({table} row "):
             looked_at(out, 1000)
 
 
@@ -297,7 +298,7 @@ def test_every_row_of_points_and_limits_is_computed_again_with_the_same_bits(ful
 
 
 def test_rows_of_maps_without_exponents_are_held_against_what_follows_from_them(tmp_path: Path) -> None:
-    columns = '["error_regressing", "error_coning", "method", "lock"]'
+    columns = '["error_regressing", "error_coning", "method", "lock", "verdict"]'
     text = STUDY.replace("tolerances = []", "map = true\ntolerances = []").split("columns =")[0]
     (tmp_path / "map.toml").write_text(f"{text}columns = {columns}\n", encoding="utf-8")
     study.run(load_study(tmp_path / "map.toml"), tmp_path / "map.h5")
@@ -306,12 +307,73 @@ def test_rows_of_maps_without_exponents_are_held_against_what_follows_from_them(
     def wrong(rows: Rows) -> None:
         rows["error_coning"][7] *= 1.001
 
-    with pytest.raises(DamageError, match="points row 7, computed again"):
+    with pytest.raises(DamageError, match=r"\(points row 7\)"):
         looked_at(changed(tmp_path / "map.h5", tmp_path / "b.h5", wrong), 100)
 
+    def unstable(rows: Rows) -> None:
+        rows["verdict"][3] = 1
 
-@pytest.mark.parametrize("about", [{"options": "{"}, {"options": "{}"}, {"options": '{"model": "warp"}'}])
-def test_equations_that_are_none_are_damage(full: Path, tmp_path: Path, about: Rows) -> None:
+    with pytest.raises(DamageError, match=r"\(points row 3\)"):
+        looked_at(changed(tmp_path / "map.h5", tmp_path / "c.h5", unstable), 100)
+
+
+def _every_bound(rows: Rows) -> None:
+    rows["exponent_error"][:] = 1e9
+    rows["exponent_1"] += 0.5
+
+
+def _no_bound(rows: Rows) -> None:
+    rows["exponent_error"][:] = 0.0
+
+
+def _as_of_maps(rows: Rows) -> None:
+    rows["method"][:], rows["determinant_defect"][:] = Method.MAP, 1e5
+
+
+def _one_rotor(rows: Rows) -> None:
+    rows["rotor"][:] = 0
+
+
+def _no_rotor_of_these(rows: Rows) -> None:
+    rows["rotor"] += 1
+
+
+def _backwards(rows: Rows) -> None:
+    for name, values in rows.items():
+        rows[name] = values[::-1].copy()
+
+
+WRONG = [(_every_bound, "computed again"), (_no_bound, "computed again"), (_as_of_maps, "computed again"),
+         (_one_rotor, r"\(points/rotor\)"), (_no_rotor_of_these, r"\(points/rotor\)"),
+         (_backwards, r"\(points/rotor\)")]  # fmt: skip
+
+
+@pytest.mark.parametrize(("wrong", "sentence"), WRONG)
+def test_a_file_does_not_say_how_it_is_judged(
+    full: Path, tmp_path: Path, wrong: Callable[[Rows], None], sentence: str
+) -> None:
+    out = changed(full, tmp_path / "b.h5", wrong)
+    assert store.verify(out) == ()
+    with pytest.raises(DamageError, match=sentence):
+        looked_at(out, 100)
+
+
+def test_what_cannot_be_compared_is_not_called_compared(path: Path, full: Path, tmp_path: Path) -> None:
+    def few(rows: Rows) -> None:
+        for name in [n for n in rows if n.startswith("exponent_")]:
+            del rows[name]
+
+    of_two = changed(path, tmp_path / "b.h5", few, engine_version=2)
+    assert "no row of points was computed again (engine 2 has made them" in str(checking.check(of_two))
+    _, limits = looked_at(changed(full, tmp_path / "c.h5", lambda rows: None, engine_version=2), 5)["recomputed"]
+    assert limits["rows"] == 0 and limits["reason"].startswith("engine 2")
+    with pytest.raises(DamageError, match="engine_version is 'abc', which is no number"):
+        looked_at(changed(full, tmp_path / "d.h5", lambda rows: None, engine_version="abc"), 5)
+
+
+@pytest.mark.parametrize("text", ["{", "{}", '{"model": "warp"}', "null", "[" * 5000])
+def test_equations_that_are_none_are_damage(full: Path, tmp_path: Path, text: str) -> None:
+    about = {"options": text}
     with pytest.raises(DamageError, match="computed again"):
         looked_at(changed(full, tmp_path / "b.h5", lambda rows: None, **about), 3)
 

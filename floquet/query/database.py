@@ -312,6 +312,8 @@ class Database:
         found = groups.result()
         if order:
             for name in order:
+                if name.startswith(f"{ROTOR_NAME} at "):
+                    raise ParameterError("sort", name, f"{name} holds words; sort by another column")
                 if np.iscomplexobj(found[name]):
                     raise ParameterError("sort", name, f"{name} is complex, which has no order; sort by another column")
             best = Best(order, bool(descending), None)
