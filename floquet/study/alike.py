@@ -1,4 +1,4 @@
-"""Which designs are the same, bit for bit: of a plan, and of the rows of databases, in some ten bytes a design.
+"""Which designs are the same, bit for bit: of a plan, and of the rows of databases, in forty bytes a design.
 
 A design is known by a mark of 128 bits, two sums over the bits x_j of its parameters, modulo 2^64, mixed as in the
 generator SplitMix64, m of Steele, Lea and Flood (2014)::
